@@ -34,11 +34,6 @@ def factor(value: float) -> str:
     return "" if value == 1.0 else f"{value!r} * "
 
 
-def unit_words(unit: str) -> str:
-    """Unit as a comment has it, "m/(s² T²)" for "m/(s2.T2)"."""
-    return unit.replace(".", " ").replace("2", "²").replace("4", "⁴")
-
-
 def stated(part: Any) -> dict[str, Any]:
     """Names and values of a description's dataclass that have no default, or are not as their class has them."""
     values = {member.name: getattr(part, member.name) for member in fields(part)}

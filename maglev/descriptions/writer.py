@@ -33,7 +33,7 @@ def environment() -> "Environment":
         "aligned": text.aligned_comments, "cited": tex.cited, "each": text.each,
         "imports": text.sorted_imports, "line": in_one_line, "mean": text.mean,
         "not_default": text.not_default, "page_text": page_text, "quoted": quoted, "sentence": tex.tex_sentence,
-        "stop": lambda axis: axis.stop or text.NO_STOP, "total": text.sum_text, "unit": text.unit_words}
+        "stop": lambda axis: axis.stop or text.NO_STOP, "total": text.sum_text}
     return made
 
 

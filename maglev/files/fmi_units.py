@@ -89,5 +89,6 @@ RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def typeset_unit(unit: str) -> str:
-    """A unit as people read it, m/(s²·T²) of "m/(s2.T2)"."""
-    return re.sub(r"(?<=[A-Za-z])\d+", lambda power: power[0].translate(RAISED), unit).replace(".", "·")
+    """A unit as people read it, m/(s²·T²) of "m/(s2.T2)", µm of "um"."""
+    raised = re.sub(r"(?<=[A-Za-z])\d+", lambda power: power[0].translate(RAISED), unit)
+    return re.sub(r"\bu(?=[A-Za-z])", "µ", raised).replace(".", "·")

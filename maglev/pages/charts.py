@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -71,6 +71,6 @@ def curve_data(curve: Curve) -> dict[str, Any]:
     return data
 
 
-def rounded(values: Sequence[float]) -> list[float | None]:
+def rounded(values: Iterable[float], digits: int = DIGITS) -> list[float | None]:
     """Return numbers in JSON form; None, where a line has a gap, for a number that is not finite."""
-    return [float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None for value in values]
+    return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in values]

@@ -19,9 +19,20 @@ from maglev.pages import shell
 from maglev.pages.comparison_table import Row, comparison_verdict, legend, measure_rows, summary
 from maglev.pages.figures import EVERY, Figure, controller_of, run_colours, with_data
 from maglev.pages.findings import html_table, typeset
+from maglev.pages.frequency import frequency_charts, margins_section, spectra
 from maglev.pages.picture import overlay
 from maglev.pages.plot_data import figure_data, moving, runs_data
-from maglev.pages.report_page import PLAYER, PLOT_SCRIPTS, command_line, file_links, json_in_html, plot_height, read
+from maglev.pages.report_page import (
+    PIXELS,
+    PLAYER,
+    PLOT_SCRIPTS,
+    TOOLS,
+    command_line,
+    file_links,
+    json_in_html,
+    plot_height,
+    read,
+)
 from maglev.pages.run_text import as_text, origin
 from maglev.runs.execution import RunResult, json_text, run_as_json, write_result
 from maglev.runs.measures import measures_of
@@ -126,6 +137,9 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
     data = {"runs": runs_data(list(runs.values()), figures),
             "figures": {f"figure-{number}": figure_data(shown, {}) for number, shown in enumerate(figures)},
             "moving": {run.plan.name: film for run in [*recorded.values()][:1] if (film := moving(recorded))}}
+    margins, sensitivities = margins_section(runs)
+    charts = frequency_charts(sensitivities, spectra(recorded), colours)
+    data["figures"] |= charts
     said = typeset(comparison_verdict(runs, summary(rows)))
     return shell.page(
         "compare", f"{escape(name)}: runs side by side", said, read("style.css"),
@@ -142,6 +156,10 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
         figures="\n".join(f'<figure><div class="plot" data-figure="figure-{number}" '
                           f'style="min-height:{plot_height(shown)}px"></div></figure>'
                           for number, shown in enumerate(figures)) or "<p>No run was recorded.</p>",
+        margins=margins,
+        frequency="\n".join(f'<figure><div class="plot" data-figure="{name}" style="min-height:'
+                            f'{TOOLS + PIXELS * len(chart["chart"])}px"></div></figure>'
+                            for name, chart in charts.items()),
         data=json_in_html(data),
         scripts=shell.scripts(shell.scene(), *map(read, (*PLOT_SCRIPTS, "player.js"))))
 

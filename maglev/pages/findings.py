@@ -4,17 +4,20 @@ import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from maglev.files.fmi_units import RAISED
 from maglev.files.text_columns import unbroken
 from maglev.fmi.documentation import breakable
 from maglev.pages.figures import anchor, stage_name
 from maglev.runs.procedure_outcome import Outcome, ValueTable
 
+POWER = re.compile(r"(?<=\d)e([+-]\d+)\b")
 MINUS = re.compile(r"(?<![\w.)\]-])-(?=\.?\d)")   # before a number, not in a name
 
 
 def typeset(text: str) -> str:
-    """HTML of a text with numbers: kept with their units, and with a minus sign, U+2212, before them."""
-    return escape(MINUS.sub("\N{MINUS SIGN}", unbroken(text)))
+    """HTML of a text with numbers: kept with their units, with a minus sign, U+2212, before them, and powers of ten."""
+    powers = POWER.sub(lambda found: f" · 10{str(int(found[1])).translate(RAISED)}", text)
+    return escape(MINUS.sub("\N{MINUS SIGN}", unbroken(powers)))
 
 
 def findings_section(outcomes: Iterable[Outcome]) -> str:

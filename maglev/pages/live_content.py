@@ -11,8 +11,8 @@ from fmpy.model_description import ScalarVariable
 from maglev.cosim.fmu import read_description
 from maglev.descriptions.own_fmus import stale
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.descriptions.template_text import unit_words
 from maglev.files.errors import FmuError
+from maglev.files.fmi_units import typeset_unit
 from maglev.linear.parameters import linear_names
 from maglev.pages.javascript import law_text, parts_text, python_law
 from maglev.pages.panels import PANELS
@@ -139,7 +139,7 @@ def variable_data(variable: ScalarVariable) -> dict[str, Any]:
     start: float | bool = variable.start == "true" if boolean else float(variable.start)
     data |= {"start": start, "fixed": variable.variability == "fixed"}
     if variable.causality == "parameter":
-        data |= {"unit": unit_words(variable.unit or ""), "description": variable.description}
+        data |= {"unit": typeset_unit(variable.unit or ""), "description": variable.description}
         data |= {} if boolean else {"min": float(variable.min), "max": float(variable.max)}
     return data
 

@@ -1,6 +1,7 @@
 """The page of a study: where it holds and breaks, metrics, Sobol indices, every sample, and the worst."""
 
 import math
+from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from functools import partial
 from html import escape
@@ -18,19 +19,20 @@ from maglev.pages import shell
 from maglev.pages.findings import html_table, typeset
 from maglev.pages.law_map import LawMap, maps_data
 from maglev.pages.live_content import NAME as LIVE_PAGE
+from maglev.pages.live_content import live_address
 from maglev.pages.outcome_map import OUTCOMES, map_of
 from maglev.pages.report_page import json_in_html, read
-from maglev.pages.sample_commands import command_of, row_link, why_no_replay
-from maglev.pages.study_text import QUANTILES, beyond_limits, limits_text, metrics_of, quantiles, units_of
+from maglev.pages.sample_commands import command_of, dataset_run, row_link, settings_of_sample, why_no_replay
+from maglev.pages.study_text import QUANTILES, beyond_limits, counted, limits_text, metrics_of, quantiles, units_of
 from maglev.pages.study_verdict import decisive_metric, study_verdict, telling, where
 from maglev.pages.varied import varied_of
 from maglev.runs.endings import COMPLETED, cause, severity
 from maglev.scenario.quantities import metric_text, shown_in
 
 own_text = partial(shell.read, folder=Path(__file__).with_name("study"))
-SCRIPTS = ("plots/series.js", "plots/map.js", "plots/plot.js")   # of the report
+SCRIPTS = ("plots/series.js", "plots/map.js")   # of the report
 OWN = ("study.html", "study.css", "parallel.js", "study.js")
-MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
+MOST_DRAWN = 4096   # samples that are drawn: a page of 10⁵ would be as large as its dataset
 MOST_WORST = 10     # samples that are listed
 
 
@@ -46,8 +48,8 @@ def study_page(table: pa.Table, about: Mapping[str, Any], live: bool = False) ->
     metrics = [(name, unit) for name, unit, values in metrics_of(table) if varies(values)]
     provenance, said, mapped = about["provenance"], study_verdict(table, about), map_of(table, about)
     # The share of samples that pass is seen in the map, where there is one.
-    shares = not mapped and not all(table["passed"].to_pylist())
-    shown = data(table, about, metrics, drawn, shares, mapped)
+    shares = count > 1 and not mapped and not all(table["passed"].to_pylist())
+    shown = data(table, about, metrics, drawn, shares, mapped) | {"card": card_data(table, about, drawn, live)}
     html, css, *own = map(own_text, OWN)
     return shell.page(
         "study", f"{escape(about['name'])}: a study", said, read("style.css") + css, html,
@@ -56,7 +58,7 @@ def study_page(table: pa.Table, about: Mapping[str, Any], live: bool = False) ->
                + (f" Drawn are {len(drawn):,} samples." if len(drawn) < count else ""),
         verdict=said, where=where(table, about),
         heading="Where it holds, and where it breaks" if 0 < sum(table["passed"].to_pylist()) < count else
-                "What it changes",
+                "What it changes" if count > 1 else "What was run",
         maps='<div id="maps" data-maps="study"></div>' if mapped else "",
         responses=responses(shown) if metrics or shares else "",
         metrics=quantiles_table(table, about),
@@ -78,7 +80,7 @@ def write_maps(path: Path, title: str, said: str, maps: Sequence[LawMap], words:
     shell.publish(path, shell.page(
         "study", escape(title), escape(said), read("style.css") + own_text("study.css"), own_text("maps.html"),
         name=escape(title), said=escape(said), data=json_in_html({"maps": {"study": maps_data(maps, words)}}),
-        scripts=shell.scripts(*map(read, SCRIPTS[:2]))))
+        scripts=shell.scripts(*map(read, SCRIPTS))))
 
 
 def varies(values: Array) -> bool:
@@ -93,7 +95,7 @@ def design_text(about: Mapping[str, Any]) -> str:
         return "every combination of the values"
     if design["kind"] == "rows":
         return "the values row by row"
-    return f"design: {design['kind']}, {design['samples']:,} samples, seed {design['seed']}"
+    return f"design: {design['kind']}, {counted(design['samples'])}, seed {design['seed']}"
 
 
 def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]],
@@ -108,14 +110,15 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
     every = varied_of(chosen, about)
     varied = [each.name for each in every]
     names = [*varied, *(name for name, _ in metrics)]
-    columns = [{"name": each.label, "unit": each.unit, "limits": {}, "values": [
-        float(f"{value:.6g}") for value in each.values.tolist()]} for each in every]
+    columns = [{"name": each.label, "unit": each.unit, "limits": {}, **(
+        {"of": each.name, "scale": each.scale} if each.name in about["targets"] and not each.signed else
+        {"values": [float(f"{value:.6g}") for value in each.values.tolist()]})} for each in every]
     for name, _ in metrics:
         known = [value for value in table[name].to_pylist() if value is not None]
         unit, scale = shown_in(known, units[name])
         limits = {key: scale * value for key, value in about["limits"].get(name, {}).items() if value is not None}
         columns.append({"name": name, "unit": unit, "limits": limits, "values": [
-            None if value is None or not math.isfinite(value) else float(f"{scale * value:.6g}")
+            None if value is None or not math.isfinite(value) else float(f"{scale * value:.5g}")
             for value in chosen[name].to_pylist()]})
     sides = [factor.name for factor in mapped.factors[1::-1]] if mapped else telling(table, about)
     first, second, *_ = [varied.index(name) for name in sides] * 2
@@ -123,14 +126,38 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
     causes = [*map(cause, chosen["ending"].to_pylist())]
     kinds = [*dict.fromkeys(causes)]
     # The metric that fails, or in cells of several samples the share of those that pass; crosses say which of one fail.
-    counted = shares and about["design"]["kind"] == "grid" and len(varied) > 2
-    begin = (names.index(metric) if metric in names else -1 if counted or not metrics else
+    by_cell = shares and about["design"]["kind"] == "grid" and len(varied) > 2
+    if not any(chosen["passed"].to_pylist()):   # how far each is from its limit
+        second = first
+    begin = (names.index(metric) if metric in names else -1 if by_cell or not metrics else
              next((k for k, name in enumerate(names) if k >= len(varied) and name not in EVENTS), len(varied)))
-    return {"samples": drawn.tolist(), "varied": len(varied), "columns": columns, "begin": [begin, first, second],
-            "shares": shares,
+    some = {"samples": drawn.tolist()} if len(drawn) < table.num_rows else {}
+    return {**some, "varied": len(varied), "columns": columns, "begin": [begin, first, second], "shares": shares,
             "grid": about["design"]["kind"] == "grid",
-            "passed": [int(passed) for passed in chosen["passed"].to_pylist()],
+            "passed": "".join(str(int(passed)) for passed in chosen["passed"].to_pylist()),
             "causes": kinds, "cause": [kinds.index(said) for said in causes]}
+
+
+def card_data(table: pa.Table, about: Mapping[str, Any], drawn: np.ndarray[Any, np.dtype[np.intp]],
+              live: bool) -> dict[str, Any]:
+    """Return what runs a sample again: the command, the address in the live page, and the values that it sets, SI."""
+    rows = [settings_of_sample(about, row) for row in table.take(pa.array(drawn)).to_pylist()]
+    fixed = {target: value for target, value in dataset_run(about)["set"].items() if target not in about["targets"]}
+    linked = live and not why_no_replay(about)
+    columns: dict[tuple[float | bool, ...], list[str]] = {}   # what is set to the same values
+    for target in about["targets"]:
+        columns.setdefault(tuple(row[target] for row in rows), []).append(target)
+    return {"command": command_of(about, None), "live": live_address(about["scenario"], fixed) if linked else "",
+            "sets": [{"targets": targets, **exact(values)} for values, targets in columns.items()]}
+
+
+def exact(values: Sequence[float | bool]) -> dict[str, Any]:
+    """Return values for the script, with all their bits: each once and where it stands, or as bytes where most differ.
+    """
+    levels, at = np.unique(np.array(values), return_inverse=True)
+    if 2 * len(levels) < len(values) or levels.dtype != np.float64:
+        return {"levels": levels.tolist(), "at": at.tolist()}
+    return {"bytes": b64encode(np.array(values, "<f8").tobytes()).decode()}
 
 
 def responses(shown: Mapping[str, Any]) -> str:
@@ -150,19 +177,19 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
 
     The others are folded then; an event that never happened in any sample is left out.
     """
-    limited, others = [], []
+    limited, others, heads = [], [], QUANTILES if table.num_rows > 1 else ("metric", "value")
     for name, unit, values in metrics_of(table):
         if len(values) and (varies(values) or name not in EVENTS):
-            cells = [*map(typeset, quantiles(name, unit, values))]
+            cells = [*map(typeset, quantiles(name, unit, values))][:len(heads)]
             if name in about["limits"]:
                 limited.append([*cells, typeset(limits_text(about, name, unit)),
                                 str(beyond_limits(values, about, name).sum())])
             else:
                 others.append(cells)
-    every = html_table(QUANTILES, others) if others else ""
+    every = html_table(heads, others) if others else ""
     if not limited:
         return every
-    return html_table((*QUANTILES, "limits", "samples outside"), limited) + (
+    return html_table((*heads, "limits", "samples outside"), limited) + (
         f"<details><summary>Metrics without limits</summary>{every}</details>" if every else "")
 
 
@@ -186,11 +213,14 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
             f"<p>The live page can run these. Write it into this folder first, by <code>maglev live</code> "
             f"({LIVE_PAGE}); a page of the study that is written after it links each sample to its run there.</p>")
     listed = html_table(("sample", "why", "at", "run it again"), rows, look="cards")
-    return f'<section class="worst"><h2>Worst samples</h2>{listed}{said}</section>'
+    heading = "Worst samples" if table.num_rows > 1 else "The sample"
+    return f'<section class="worst"><h2>{heading}</h2>{listed}{said}</section>'
 
 
 def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]]) -> list[tuple[int, str]]:
     """Numbers of the worst samples and why: how they ended if not well, then the largest of each metric."""
+    if table.num_rows == 1:
+        return [(0, table["ending"][0].as_py())]
     ends = sorted(enumerate(table["ending"].to_pylist()), key=lambda item: severity(item[1]))
     reasons = {sample: said for sample, said in ends if said != COMPLETED}
     limited = [item for item in metrics if item[0] in about["limits"]]

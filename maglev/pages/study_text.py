@@ -10,6 +10,7 @@ from rich.console import Console
 
 from maglev.files.arrays import Array, Bools
 from maglev.files.console import ResultTable, heading, result_table
+from maglev.files.fmi_units import typeset_unit
 from maglev.pages.sample_commands import command_of
 from maglev.scenario.quantities import metric_text
 
@@ -37,7 +38,12 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
 
 def passing_text(passing: int, count: int) -> str:
     """How many samples pass."""
-    return f"{passing:,} of {count:,} sample{' passes' if count == 1 else 's pass'}"
+    return f"{passing:,} of {counted(count)} pass{'es' if count == 1 else ''}"
+
+
+def counted(count: int) -> str:
+    """A number of samples."""
+    return f"{count:,} sample{'' if count == 1 else 's'}"
 
 
 def sample_table(table: pa.Table, about: Mapping[str, Any]) -> ResultTable:
@@ -50,7 +56,7 @@ def sample_table(table: pa.Table, about: Mapping[str, Any]) -> ResultTable:
             if (match := SHOWN.fullmatch(name))}
     metrics = [name for name in about["limits"] if name in table.column_names] or list(main.values())
     return result_table("", ("sample", *varied, *metrics), (
-        [str(number), *(f"{row[name]:g} {units[name]}".strip() for name in varied),
+        [str(number), *(f"{row[name]:g} {typeset_unit(units[name])}".strip() for name in varied),
          *("–" if row[name] is None else metric_text(name, row[name], units[name]) for name in metrics)]
         for number, row in enumerate(table.select([*varied, *metrics]).to_pylist())), left=0, keys=1 + len(varied))
 

@@ -85,7 +85,8 @@ def study_verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
     """Return the question, the number of samples that pass, and the reasons why others fail; HTML."""
     passed, reasons = np.array(table["passed"].to_pylist()), failing(table, about)
     share, name = nearest_to_limit(table, about)
-    said = (f": the others fail by{f' {escape(reasons[0][1])}.' if len(reasons) == 1 else ''}" if reasons else
+    failing_ones = "the others fail" if passed.any() else "it fails" if len(passed) == 1 else "all fail"
+    said = (f": {failing_ones} by{f' {escape(reasons[0][1])}.' if len(reasons) == 1 else ''}" if reasons else
             f"; {escape(name)} comes nearest to its limit: {100.0 * share:.0f} % of it." if name else ".")
     parts = "".join(f"<li>{failed.sum()} by {escape(why)}</li>" for _, why, failed in reasons)
     return (f'<p class="message">{typeset(question(table, about))} <strong>{passing_text(passed.sum(), len(passed))}'
@@ -106,16 +107,29 @@ def where(table: pa.Table, about: Mapping[str, Any]) -> str:
     if about["design"]["kind"] in LISTED:
         rows = [(escape(each.label), *map(typeset, edges(each, passed))) for each in varied]
         told = [row for row in rows if row[2:] != (NOWHERE, NOWHERE)]
-        return html_table(("what varies", "simulated", "all pass", "all fail"), told) if told else ""
+        idle = [escape(each.label) for each in varied if changes_nothing(each, varied, passed)]
+        return (html_table(("what varies", "simulated", "all pass", "all fail"), told) if told else "") + (
+            f"<p>No influence on what passes: {', '.join(idle)}.</p>" if idle else "")
     shares = {each.label: passing_shares(each, passed) for each in varied}
     clear = {label: parts for label, parts in shares.items() if has_influence(parts, SURE / len(varied))}
-    rows = [(escape(label), typeset(part.values), f'<span class="share" style="--share: {100.0 * part.share:.0f}%">'
-             f"{100.0 * part.share:.0f} %</span>", f"{100.0 * part.low:.0f} to {100.0 * part.high:.0f} %",
-             f"{part.passing} of {part.samples}") for label, parts in clear.items() for part in parts]
+    tables = [html_table(("values", "pass", "95 % sure", "samples"), [
+        (typeset(part.values), f'<span class="share" style="--share: {100.0 * part.share:.0f}%; --low: '
+         f'{100.0 * part.low:.0f}%; --high: {100.0 * part.high:.0f}%">{100.0 * part.share:.0f} %</span>',
+         f"{100.0 * part.low:.0f} to {100.0 * part.high:.0f} %", f"{part.passing} of {part.samples}")
+        for part in parts], label) for label, parts in clear.items()]
     unclear = [escape(label) for label in shares if label not in clear]
-    listed = html_table(("what varies", "values", "pass", "95 % sure", "samples"), rows, look="cards") if rows else ""
-    return listed + (
+    return f'<div class="shares">{"".join(tables)}</div>' * bool(tables) + (
         f"<p>No clear influence on what passes: {', '.join(unclear)}.</p>" if unclear else "")
+
+
+def changes_nothing(one: Varied, varied: Sequence[Varied], passed: Bools) -> bool:
+    """Return True if samples that differ in one quantity alone all pass or all fail, and there are such samples."""
+    others = [each.values for each in varied if each is not one]
+    if not others:
+        return False
+    _, group = np.unique(np.column_stack(others), axis=0, return_inverse=True)
+    samples, passing = np.bincount(group), np.bincount(group, passed)
+    return bool(samples.max() > 1 and ((passing == 0) | (passing == samples)).all())
 
 
 class Part(NamedTuple):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from maglev.files.fmi_units import typeset_unit
 from maglev.pages.grids import StageGrids
 from maglev.pages.law_map import Factor, LawMap, Outcomes
 from maglev.scenario.layers import PACKAGED
@@ -28,15 +29,11 @@ class Worse:
     sets: str                   # the parameter that it is; {} stands for each encoder
 
     def text(self, value: float) -> str:
-        return "no limit" if self.sets == VOLTAGE and not value else f"{value:g} {self.printed_unit}"
-
-    @property
-    def printed_unit(self) -> str:
-        return self.unit.replace("um", "µm")
+        return "no limit" if self.sets == VOLTAGE and not value else f"{value:g} {typeset_unit(self.unit)}"
 
     @property
     def factor(self) -> Factor:
-        return Factor(self.name, self.printed_unit, np.array(
+        return Factor(self.name, typeset_unit(self.unit), np.array(
             ["∞" if self.text(value) == "no limit" else f"{value:g}" for value in self.values]))
 
 

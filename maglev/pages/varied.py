@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import pyarrow as pa
 
-from maglev.descriptions.template_text import unit_words
 from maglev.files.arrays import Array
 from maglev.pages.study_text import numbers, units_of
 from maglev.scenario.quantities import printed, shown_in
@@ -19,6 +18,7 @@ class Varied(NamedTuple):
     unit: str
     values: Array
     signed: bool = False   # a change: its sign is always written
+    scale: float = 1.0     # of the unit per SI unit
 
     def text(self, *values: float, digits: int = 4) -> str:
         """Values as a range with its unit, such as "−20 to +20 %"."""
@@ -39,5 +39,5 @@ def varied_of(table: pa.Table, about: Mapping[str, Any]) -> list[Varied]:
             found.append(Varied(name, label + of, "%", 100.0 * (values - 1.0), True))
         else:
             unit, scale = shown_in(values.tolist(), units[name])
-            found.append(Varied(name, name, unit_words(unit), scale * values))
+            found.append(Varied(name, name, unit, scale * values, scale=scale))
     return found

@@ -89,7 +89,7 @@ def thrust_chart(settings: ProcedureSettings, stage_run: RunResult, thrusts: Seq
             curves += [Curve("parabolas", *over_gap(held, [thrust.by_parabola for thrust in held]), marked=True),
                        Curve(f"held air gaps, ε = {EPSILON:g}",
                              *over_gap(held, [thrust.estimated for thrust in held]))]
-        panels.append(Panel("air gap (mm)", f"L of {axis} (m/(s² A))", tuple(curves)))
+        panels.append(Panel("air gap (mm)", f"L of {axis} (m/(s²·A))", tuple(curves)))
     return Chart(settings.figures.get("thrust"),
                  f"Thrust over the air gap, by all constants at once and at held air gaps. {BAND}", tuple(panels))
 

@@ -124,7 +124,7 @@ def thrust_values(thrust: Thrust) -> list[ProcedureValue]:
 def thrust_table(axis: str, thrusts: Sequence[Thrust]) -> ValueTable:
     epsilons = list(thrusts[0].by_estimator)
     return ValueTable(
-        f"Thrust of the {axis}-axis, m/(s² A)",
+        f"Thrust of the {axis}-axis, m/(s²·A)",
         ("air gap (mm)", "parabola", *(f"NPFSI, ε = {epsilon:g}" for epsilon in epsilons)),
         tuple((millimetres(thrust.gap), f"{thrust.by_parabola:.4g}",
                *(f"{thrust.by_estimator[epsilon]:.4g}" for epsilon in epsilons)) for thrust in thrusts))
@@ -139,7 +139,7 @@ def charts(settings: ProcedureSettings, alone: Mapping[str, Sequence[Thrust]], t
         drawn.append(Chart(settings.figures.get(f"motion {axis}"), f"Displacement of the {axis}-axis under a constant "
                            "current at held air gaps, and the parabolas that were fitted to it.",
                            (Panel("time (s)", f"{axis} (mm)", tuple(moved)),)))
-        titles = "air gap (mm)", f"L of {axis} (m/(s² A))"
+        titles = "air gap (mm)", f"L of {axis} (m/(s²·A))"
         by_method.append(Panel(*titles, (
             Curve("parabola", *over_gap(thrusts, [thrust.by_parabola for thrust in thrusts]), marked=True),
             *(Curve(f"NPFSI, ε = {epsilon:g}",

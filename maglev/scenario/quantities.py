@@ -4,11 +4,12 @@ import math
 from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
+from maglev.files.fmi_units import typeset_unit
 from maglev.files.units import known_unit, si_factor, to_unit
 
 # Units that people read, by the SI unit, and what a small value has instead of them.
-PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m.s": "mm s", "rad.s": "mrad s"}
-SMALL_UNITS = {"mm": "µm", "mrad": "µrad", "s": "ms", "mm s": "µm s", "mrad s": "µrad s"}
+PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m.s": "mm.s", "rad.s": "mrad.s"}
+SMALL_UNITS = {"mm": "µm", "mrad": "µrad", "s": "ms", "mm.s": "µm.s", "mrad.s": "µrad.s"}
 SMALL = 0.1   # of the unit, below which it has another one
 
 # What a quantity is measured on, and the keys with which a claim may pick some of its values.
@@ -27,11 +28,11 @@ def printed(value: float, unit: str, wanted: str | None = None) -> str:
     point of a value above 100. Plain numbers, and values in a `wanted` unit, have four digits.
     """
     if wanted or not unit:
-        return f"{to_unit(value, wanted) if wanted else value:.4g} {wanted or ''}".rstrip()
+        return f"{to_unit(value, wanted) if wanted else value:.4g} {typeset_unit(wanted or '')}".rstrip()
     shown = PRINTED_UNITS.get(unit, unit)
     if value != 0.0 and abs(to_unit(value, shown)) < SMALL:
         shown = SMALL_UNITS.get(shown, shown)
-    number = to_unit(value, shown)
+    number, shown = to_unit(value, shown), typeset_unit(shown)
     return f"{number:.0f} {shown}" if abs(number) >= 100.0 else f"{number:.3g} {shown}"
 
 
@@ -45,9 +46,9 @@ def common_unit(values: Iterable[float], unit: str) -> str:
 
 
 def shown_in(values: Iterable[float], unit: str) -> tuple[str, float]:
-    """Return that unit, and its number per SI unit; 1 if the unit is not known here."""
+    """Return that unit as people read it, and its number per SI unit; 1 if the unit is not known here."""
     shown = common_unit(values, unit)
-    return shown, 1.0 / si_factor(shown) if known_unit(shown) else 1.0
+    return typeset_unit(shown), 1.0 / si_factor(shown) if known_unit(shown) else 1.0
 
 
 def metric_text(name: str, value: float, unit: str) -> str:

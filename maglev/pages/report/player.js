@@ -48,8 +48,8 @@
 
     function showTime(next) {
       time = Math.min(Math.max(next, 0), end);
-      [slider.value, clock.textContent] = [String(time), `${time.toFixed(2)} s`];
-      slider.setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
+      [slider.value, clock.textContent] = [String(time), `${numberText(time, 2)} s`];
+      slider.setAttribute("aria-valuetext", `${numberText(time, 2)} seconds`);
       const { runs } = report.moving[choice.value];
       const passed = runs.flatMap(({ run, label }) => report.runs[run].events.filter((each) => each.time <= time)
         .map((each) => `⚠ ${runs.length > 1 ? `${label} ` : ""}${each.text}`)).join("; ");

@@ -1,7 +1,7 @@
 "use strict";
 // What scripts of all pages share: elements, packed bytes, scales of plots with ticks that a person would choose, and what is drawn
 // on canvases, in px of the page.
-const LENGTHS = [[1e-4, "0.1 µm"], [1e-3, "1 µm"], [1e-2, "10 µm"], [0.1, "0.1 mm"], [1, "1 mm"], [10, "10 mm"],
+const LENGTHS = [[1e-6, "1 nm"], [1e-5, "10 nm"], [1e-4, "0.1 µm"], [1e-3, "1 µm"], [1e-2, "10 µm"], [0.1, "0.1 mm"], [1, "1 mm"], [10, "10 mm"],
   [100, "100 mm"]];
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -40,7 +40,7 @@ const reading = ({ scale, digits, unit }, value) => `${numberText(scale * value,
 
 /** Number with so many significant digits, and no more zeros than needed. */
 function shortNumber(value, digits = 5) {
-  return String(Number(value.toPrecision(digits))).replace("-", "−");
+  return String(Number(value.toPrecision(digits))).replaceAll("-", "−");
 }
 
 /** Ticks between two limits, as value and text. */

@@ -1,6 +1,6 @@
 "use strict";
 // Parallel coordinates: a line for each sample across all columns, ranges kept by dragging along an axis.
-const AXES = { step: 110, top: 84, tall: 328, bottom: 28, side: 60 };   // px between two axes, and around them
+const AXES = { step: 110, top: 100, tall: 328, bottom: 28, side: 60 };   // px between two axes, and around them
 const ranges = new Map();   // column: [low, high] that is kept, in its own unit
 
 /** Least and largest of the values that are known. */
@@ -43,8 +43,8 @@ class Parallel {
   drawAxis({ name, unit }, { low, high, place }, x) {
     svg("path", { class: "axis", d: `M${x} ${AXES.top}v${AXES.tall}` }, this.picture);
     for (const [value, below] of [[high, 4], [low, 14]]) svg("text", { x: x + 4, y: place(value) + below }, this.picture, shortNumber(value, 3));
-    const words = (unit ? `${name} (${unit})` : name).split(/ (?=of |at |change |\()/), title = svg("g", { transform: `translate(${x - 4} ${AXES.top - 10})rotate(-20)` }, this.picture);
-    words.forEach((word, line) => svg("text", { y: 12 * (line - words.length + 1) }, title, word));
+    const words = (unit ? `${name} (${unit})` : name).split(/ (?=of |at |and |change |\()/), title = svg("g", { transform: `translate(${x - 4} ${AXES.top - 10})rotate(-20)` }, this.picture);
+    words.forEach((word, line) => svg("text", { y: 12 * (line - words.length + 1) }, title, word.length > 24 ? `${word.slice(0, 23)}…` : word));
     return svg("rect", { x: x - 5, width: 10 }, this.picture);
   }
 

@@ -1,37 +1,48 @@
 "use strict";
 // The plots of a study that change: the response of a metric to what varies, and every sample; `report`, scales and SVG are the report's.
-const { columns, varied } = report;
+
+/** Numbers with all their bits: as levels and the places of these, or as bytes. */
+function numbersOf({ levels, at, bytes }) {
+  return at?.map((k) => levels[k]) ?? [...new Float64Array(Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0)).buffer)];
+}
+
+const sets = report.card.sets.flatMap(({ targets, ...packed }) => targets.map((target) => [target, numbersOf(packed)]));   // SI
+const exact = Object.fromEntries(sets), { varied } = report;
+report.passed = [...report.passed].map(Number);
+report.samples ??= report.passed.map((_, i) => i);   // all of them
+const columns = report.columns.map(({ of, scale, ...column }) => (of ? { ...column, values: exact[of].map((value) => scale * value) } : column));
 const RESPONSE = { left: 78, right: 14, top: 10, below: 46, scale: 50, height: 330 };   // px
 const BARS = { left: 34, top: 6, width: 300, height: 90, most: 20 };   // px of a histogram, and bars of one
 const PASSES = { name: "samples that pass", unit: "%", limits: {}, values: report.passed.map((passes) => 100 * passes) };
-const MANY = 2000, CELLS = 20;   // samples from which on two columns are drawn in cells, and cells of a side
+const MANY = 2000, CELLS = 20;   // samples from which on cells are drawn instead of marks, and cells of a side
 let chosen = null;   // numbers of the samples in all ranges; null for all
 const isChosen = (i) => !chosen || chosen.has(report.samples[i]);
 const metricOf = (i) => (i < 0 ? PASSES : columns[i]);
 
-/** Sorted values of a column, each once. */
-function tried({ values }) {
-  return [...new Set(values)].sort((a, b) => a - b);
+/** Sorted values of a column, each once; of one in parts the middles of all parts. */
+function tried({ values, middles }) {
+  return middles ?? [...new Set(values.filter((value) => value !== null))].sort((a, b) => a - b);
 }
 
 const mean = (values) => (values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : null);
 
 /** From values to a share of a colour over which text can be read. */
-function shadeOf({ values }) {
-  const [low, high] = extent(values);
+function shadeOf([low, high]) {
   return { low, high, css: (value) => `fill: color-mix(in oklab, var(--run-0) ${(8 + 48 * (value - low) / (high - low || 1)).toFixed(0)}%, var(--paper))` };
 }
 
 /** A column with the middle of its part for each value. */
 function inParts({ values, ...column }) {
-  const [low, high] = extent(values), wide = (high - low) / CELLS || 1;
-  return { ...column, values: values.map((value) => low + (Math.min(CELLS - 1, Math.floor((value - low) / wide)) + 0.5) * wide) };
+  const [low, high] = extent(values), wide = (high - low) / CELLS || 1, middle = (k) => low + (k + 0.5) * wide;
+  return { ...column, middles: Array.from({ length: CELLS }, (_, k) => middle(k)),
+    values: values.map((value) => (value === null ? null : middle(Math.min(CELLS - 1, Math.floor((value - low) / wide))))) };
 }
 
-/** All that is known of a sample, below the plot. */
-function tell(i) {
-  const said = columns.filter(({ values }) => values[i] !== null).map((column) => `${titleOf(column)} ${shortNumber(column.values[i], 4)}`);
-  document.getElementById("told").textContent = `Sample ${report.samples[i]} ${report.passed[i] ? "passes" : "fails"}${report.causes[report.cause[i]] && ` (${report.causes[report.cause[i]]})`}: ${said.join("; ")}.`;
+/** All that is known of a sample, below the plot: its values, the command that runs it again, and its run in the live page. */
+function tell(i, before = "") {
+  const said = columns.filter(({ values }) => values[i] !== null).map(({ name, unit, values }) => `${name} = ${shortNumber(values[i], 4)} ${unit}`.trim());
+  document.getElementById("told").textContent = `${before}Sample ${report.samples[i]} ${report.passed[i] ? "passes" : "fails"}${report.causes[report.cause[i]] && ` (${report.causes[report.cause[i]]})`}: ${said.join("; ")}.`;
+  fillCard(document.getElementById("card"), report.card, sets.map(([target, values]) => [target, values[i]]));
 }
 
 let told = -1;
@@ -48,7 +59,9 @@ function labelled(picture, across, up, first, second, box) {
   }
   for (const [place, text] of up) svg("text", { class: "end", x: left - 6, y: top + place + 4 }, picture, text);
   svg("text", { x: left + width / 2, y: top + height + 32 }, picture, titleOf(first));
-  svg("text", { transform: `translate(14 ${top + height / 2})rotate(-90)` }, picture, titleOf(second));
+  const words = titleOf(second), long = height / 6.5;   // letters that have room
+  svg("title", {}, svg("text", { transform: `translate(14 ${top + height / 2})rotate(-90)` }, picture,
+    words.length > long ? `${words.slice(0, long / 2)} … ${words.slice(-long / 2)}` : words), words);
 }
 
 /** Places of some labels, with so much room between two. */
@@ -57,29 +70,48 @@ function thinned(labels, room) {
   return labels.filter((_, k) => k % every === 0);
 }
 
-/** Cells of a grid: the mean of the metric, its number, and a cross where a sample fails. */
-function drawCells(picture, metric, first, second, box, shade) {
-  const [xs, ys] = [tried(first), tried(second)];
+/** Numbers of the samples by their cell. */
+function cellsOf(first, second) {
+  const cells = new Map();
+  report.samples.forEach((_, i) => {
+    const cell = `${first.values[i]} ${second.values[i]}`;
+    if (!cells.has(cell)) cells.set(cell, []);
+    cells.get(cell).push(i);
+  });
+  return cells;
+}
+
+/** Cells: the mean of a metric, or without one the number of samples, and a cross as large as the share that fails; returns the shade. */
+function drawCells(picture, metric, first, second, box) {
+  const [xs, ys] = [tried(first), tried(second)], cells = cellsOf(first, second);
   const [wide, tall] = [box.width / xs.length, box.height / ys.length];
+  const shade = shadeOf(metric ? extent(metric.values) : [0, Math.max(...[...cells.values()].map(({ length }) => length))]);
   ys.forEach((y, row) => xs.forEach((x, column) => {
-    const inside = report.samples.map((_, i) => i).filter((i) => first.values[i] === x && second.values[i] === y && isChosen(i));
-    const known = inside.map((i) => metric.values[i]).filter((value) => value !== null);
-    const value = mean(known), failing = inside.filter((i) => !report.passed[i]).length;
+    const inside = (cells.get(`${x} ${y}`) ?? []).filter(isChosen), failing = inside.filter((i) => !report.passed[i]).length;
+    const value = metric ? mean(inside.map((i) => metric.values[i]).filter((each) => each !== null)) : inside.length || null;
     const [left, top] = [box.left + wide * column, box.top + box.height - tall * (row + 1)];
     const cell = svg("rect", { class: "cell", x: left, y: top, width: wide, height: tall, style: value === null ? "fill: none" : shade.css(value) }, picture);
-    svg("title", {}, cell, `${titleOf(first)} ${x}, ${titleOf(second)} ${y}: ${value === null ? "none" : `${shortNumber(value, 4)} ${metric.unit}`}, ${failing} of ${inside.length} fail`);
-    const number = value === null ? "" : shortNumber(value, wide > 48 ? 3 : 2), numbered = tall > 30 && wide > 6.5 * number.length + 2, across = numbered ? 4 : wide / 2 - 4.5, down = numbered ? 4 : tall / 2 - 4.5;   // a cross beside the number
-    if (failing) svg("path", { class: "fails", d: `M${left + across} ${top + down}l9 9m0 -9l-9 9` }, picture);
+    const said = `${titleOf(first)} ${shortNumber(x)}, ${titleOf(second)} ${shortNumber(y)}: ${metric ? `${value === null ? "none" : `${shortNumber(value, 4)} ${metric.unit}`}, ` : ""}${failing} of ${inside.length} fail`;
+    svg("title", {}, cell, said);
+    const number = value === null ? "" : shortNumber(value, wide > 48 ? 3 : 2), numbered = tall > 30 && wide > 6.5 * number.length + 2;
+    const size = 2 + 7 * failing / inside.length, across = numbered ? 4 : (wide - size) / 2, down = numbered ? 4 : (tall - size) / 2;   // a cross beside the number
+    if (failing) svg("path", { class: "fails", d: `M${left + across} ${top + down}l${size} ${size}m0 ${-size}l${-size} ${size}` }, picture);
     if (numbered) svg("text", { x: left + wide / 2, y: top + tall / 2 + 8 }, picture, number);
-    if (inside.length) cell.addEventListener("click", () => tell(inside[0]));
+    if (inside.length) cell.addEventListener("click", () => tell(inside[0], inside.length > 1 ? `${said}. One of them: ` : ""));
   }));
-  labelled(picture, thinned(xs.map((x, k) => [wide * (k + 0.5), shortNumber(x, 4)]), 40), thinned(ys.map((y, k) => [box.height - tall * (k + 0.5), shortNumber(y, 4)]), 15),
-    first, second, box);
+  const sides = [[first, xs, 0, box.width, 40, 8], [second, ys, box.height, 0, 15, 6]].map(([{ middles }, values, start, end, room, most]) => {
+    const part = (end - start) / values.length, at = (px) => Math.min(values.length - 1, Math.max(0, Math.floor((px - start) / part)));
+    const half = middles ? (values[1] - values[0]) / 2 : 0, scale = scaleOf(values[0] - half, values.at(-1) + half, start, end, false);
+    return middles ? { ...scale, labels: scale.ticks(most).map(([value, text]) => [scale.place(value), text]) }
+      : { value: (px) => values[at(px)], labels: thinned(values.map((value, k) => [start + part * (k + 0.5), shortNumber(value, 4)]), room) };
+  });
+  labelled(picture, sides[0].labels, sides[1].labels, first, second, box);
+  return { shade, sides, several: [...cells.values()].some(({ length }) => length > 1) };
 }
 
 /** Points of samples, crosses where they fail: a metric over one column, or by its shade over two. */
-function drawPoints(picture, metric, first, second, box, shade) {
-  const over = first === second ? metric : second;
+function drawPoints(picture, metric, first, second, box) {
+  const over = first === second ? metric : second, shade = shadeOf(extent(metric.values.filter((_, i) => report.passed[i])));   // crosses have none
   const range = ({ values }, limits) => {
     const [low, high] = extent([...values, ...limits]), air = 0.03 * (high - low) || 0.5;
     return [low - air, high + air];
@@ -91,7 +123,6 @@ function drawPoints(picture, metric, first, second, box, shade) {
     return values.length <= most ? thinned(values.map((value) => [scale.place(value), shortNumber(value, 4)]), room)
       : scale.ticks(Math.floor(most)).map(([value, text]) => [scale.place(value), text]);
   };
-  for (const limit of limits) svg("path", { class: "limit", d: `M${box.left} ${box.top + up.place(limit)}h${box.width}` }, picture);
   report.samples.forEach((sample, i) => {
     if (first.values[i] === null || over.values[i] === null || !isChosen(i)) return;
     const [x, y] = [box.left + across.place(first.values[i]), box.top + up.place(over.values[i])];
@@ -102,6 +133,39 @@ function drawPoints(picture, metric, first, second, box, shade) {
     point.addEventListener("click", () => tell(i));
   });
   labelled(picture, ticks(across, first, Math.max(3, box.width / 70), 40), ticks(up, over, 6, 15), first, over, box);
+  return { shade, sides: [across, up] };
+}
+
+/** Let a drag over a plot keep the samples in it: a column and its scale for each side. */
+function brush(picture, { left, top, width, height }, sides) {
+  const area = svg("rect", { class: "brushed", width: 0 }, picture);
+  let from = null, moved = false;
+  const at = ({ clientX, clientY }) => {
+    const box = picture.getBoundingClientRect(), by = picture.viewBox.baseVal.width / box.width;
+    return [Math.min(Math.max((clientX - box.left) * by - left, 0), width - 1), Math.min(Math.max((clientY - box.top) * by - top, 0), height - 1)];
+  };
+  picture.addEventListener("pointerdown", (event) => {
+    if (event.pointerType === "touch") return;   // it scrolls
+    [from, moved] = [at(event), false];
+    event.preventDefault();
+  });
+  picture.addEventListener("pointermove", (event) => {
+    if (!from) return;
+    const to = at(event);
+    if (!(moved ||= Math.hypot(to[0] - from[0], to[1] - from[1]) > 5)) return;
+    picture.setPointerCapture(event.pointerId);
+    const [x, y] = [0, 1].map((k) => Math.min(from[k], to[k])), tall = sides[1] ? Math.abs(to[1] - from[1]) : height;
+    for (const [name, value] of Object.entries({ x: left + x, y: top + (sides[1] ? y : 0), width: Math.abs(to[0] - from[0]), height: tall })) area.setAttribute(name, value);
+  });
+  picture.addEventListener("pointerup", (event) => {
+    const to = at(event), start = from;
+    from = null;
+    if (!start || !moved) return;
+    sides.forEach((side, k) => {
+      if (side) ranges.set(side.column, [side.value(start[k]), side.value(to[k])].sort((a, b) => a - b));
+    });
+    parallel.draw();
+  });
 }
 
 /** Histogram of a metric with limits: bars, those beyond a limit red, and the limits; what has no value is in no bar. */
@@ -125,32 +189,41 @@ function drawHistogram(metric) {
   svg("path", { class: "outline", d: `M${left} ${top}v${height}h${width}` }, picture);
   for (const [value, text] of across.ticks(5)) svg("text", { x: left + across.place(value), y: top + height + 14 }, picture, text);
   svg("text", { x: left + width / 2, y: top + height + 29 }, picture, title);
+  if (parallel) brush(picture, BARS, [{ ...across, column: columns.indexOf(metric) }]);
   document.getElementById("histograms").append(picture);
 }
 
+/** Draw the metric over one or two quantities, with what shades and crosses mean below. */
 function drawResponse(most = 960) {
   const element = document.getElementById("response");
   if (!element) return;
   const [metric, first, second] = ["metric", "first", "second"].map((id) => metricOf(Number(document.getElementById(id).value)));
   const { left, right, top, below, scale, height } = RESPONSE, whole = Math.max(280, Math.min(most, element.clientWidth));
-  const box = { left, top, width: whole - left - right, height }, many = !report.grid && report.samples.length > MANY, cells = (report.grid || many) && first !== second;
-  const shade = shadeOf(cells ? metric : { values: metric.values.filter((_, i) => report.passed[i]) });   // crosses have none
+  const box = { left, top, width: whole - left - right, height }, alone = first === second, many = !report.grid && report.samples.length > MANY;
+  const over = alone ? metric : second, cells = many || (report.grid && !alone);
   const picture = svg("svg", { class: "response", viewBox: `0 0 ${whole} ${top + height + below + scale}`, role: "img",
-    "aria-label": `${titleOf(metric)} over ${titleOf(first)}${first === second ? "" : ` and ${titleOf(second)}`}` });
-  (cells ? drawCells : drawPoints)(picture, metric, ...[first, second].map((column) => (many && cells ? inParts(column) : column)), box, shade);
+    "aria-label": `${titleOf(metric)} over ${titleOf(first)}${alone ? "" : ` and ${titleOf(second)}`}` });
+  const { shade, sides, several } = !cells ? drawPoints(picture, metric, first, second, box)
+    : drawCells(picture, alone ? null : metric, ...[first, over].map((column) => (many ? inParts(column) : column)), box);
+  for (const limit of alone ? Object.values(metric.limits).filter((each) => each >= sides[1].low && each <= sides[1].high) : []) {
+    svg("path", { class: "limit", d: `M${left} ${top + sides[1].place(limit)}h${box.width}` }, picture);
+  }
   svg("rect", { class: "outline", x: left, y: top, width: box.width, height, style: "fill: none" }, picture);
-  // What shades and crosses mean.
-  const y = top + height + below + 6;
-  if (first !== second) {
+  const y = top + height + below + 6, shaded = cells || (!alone && report.passed.includes(1)), beside = left + (shaded ? 150 : 0);
+  if (shaded) {
     for (let k = 0; k < 20; k++) svg("rect", { x: left + 6 * k, y, width: 6, height: 12, style: shade.css(shade.low + (k + 0.5) / 20 * (shade.high - shade.low)) }, picture);
     svg("text", { class: "start", x: left, y: y + 26 }, picture, shortNumber(shade.low, 3));
     svg("text", { class: "end", x: left + 120, y: y + 26 }, picture, shortNumber(shade.high, 3));
-    const limits = Object.entries(metric.limits).map(([end, limit]) => `${end === "min" ? "≥" : "≤"} ${shortNumber(limit, 4)}`).join(", ");
-    svg("text", { class: "start", x: 4, y: y + 42 }, picture, titleOf(metric) + (limits ? `, asked for ${limits}` : ""));
   }
+  const asked = Object.entries(metric.limits).map(([end, limit]) => `${end === "min" ? "≥" : "≤"} ${shortNumber(limit, 4)} ${metric.unit}`).join(", ");
+  const words = alone ? [cells && "number of samples", asked && `dashed: asked for ${asked}`] : [shaded && titleOf(metric), asked && `asked for ${asked}`];
+  svg("text", { class: "start", x: 4, y: y + 42 }, picture, words.filter(Boolean).join(", "));
   if (report.passed.includes(0)) {
-    svg("path", { class: "fails", d: `M${left + 150} ${y + 2}l8 8m0 -8l-8 8` }, picture);
-    svg("text", { class: "start", x: left + 164, y: y + 10 }, picture, "fails");
+    svg("path", { class: "fails", d: `M${beside} ${y + 2}l8 8m0 -8l-8 8` }, picture);
+    svg("text", { class: "start", x: beside + 14, y: y + 10 }, picture, several ? "fail, smaller where few of a cell do" : "fails");
+  }
+  if (parallel) {
+    brush(picture, box, [first, over].map((column, k) => (columns.includes(column) ? { ...sides[k], column: columns.indexOf(column) } : null)));
   }
   element.replaceChildren(picture);
 }
@@ -164,6 +237,11 @@ function drawAll() {
     columns.slice(varied).forEach(drawHistogram);
     drawResponse();
   });
+  const kept = ({ name, values, scale }) => {
+    const [low, high] = ranges.get(columns.findIndex((column) => column.name === name)) ?? [-Infinity, Infinity];
+    return values.map((value) => scale * value >= low && scale * value <= high);
+  };
+  mapped.then((maps) => maps.forEach((map) => map.keep(ranges.size ? map.factors.map(kept) : null)));
 }
 
 const lines = document.getElementById("parallel");
@@ -171,7 +249,14 @@ const parallel = lines && new Parallel(lines, columns, report.passed, (names) =>
   const some = names && names.slice(0, 20).join(", ") + (names.length > 20 ? ", …" : "");
   chosen = names && new Set(names);
   drawAll();
-  document.getElementById("kept").textContent = names ? `${names.length} of ${report.samples.length} samples: ${some}` : "";
+  const passing = names && report.samples.filter((sample, i) => chosen.has(sample) && report.passed[i]).length;
+  document.getElementById("kept").textContent = names ? `${names.length} of ${report.samples.length} samples, ${passing} pass: ${some}` : "";
+  document.getElementById("keeping").hidden = !names;
+});
+document.getElementById("keep-all").addEventListener("click", () => {
+  ranges.clear();
+  for (const input of document.querySelectorAll("#ranges input")) input.value = "";
+  parallel.draw();
 });
 
 /** Ranges to type, for who does not drag. */

@@ -132,6 +132,10 @@ def test_a_place_says_what_became_of_it_and_how_it_is_run(browser, tmp_path: Pat
     assert tab.evaluate("mapped.then(([{ view }]) => view.x[1] - view.x[0])") < whole == 9
     tab.page.click("#maps >> text=all")
     assert tab.evaluate("mapped.then(([{ view }]) => view.x[1] - view.x[0])") == whole
+    tab.page.click("text=Ranges as numbers")
+    tab.page.locator("#ranges input").nth(2 * 2).fill("10")
+    tab.page.keyboard.press("Tab")
+    wait_until(tab.page, "document.querySelector('.maps figcaption').textContent.endsWith('in 13 % of what is kept')")
     assert tab.evaluate("document.documentElement.scrollWidth") == viewport["width"]
     assert violations(tab.page) == []
     tab.close()

@@ -205,7 +205,7 @@ def test_events_of_known_signals():
     (after,) = second.deviations
     assert (after.peak_deviation, after.recovery_time[1e-5]) == (5e-6, 0.0)
     found = {(each.quantity, each.of, each.time): each for each in measures_of(pushed, metrics)}
-    assert found["integral absolute error", "y", 3.0].text == "2 mm s"
+    assert found["integral absolute error", "y", 3.0].text == "2 mm·s"
     assert found["ohmic loss", "alpha", 3.0].event == "push" and ("rms current", "beta", 3.0) not in found
 
 

@@ -105,7 +105,7 @@ def test_thrust_of_the_3dof_stage_alone_and_with_both_axes(drive: Simulated) -> 
                                                                                 abs=1e-12)
     assert values(outcome, "simultaneous_deviation", axis="z") == pytest.approx(dict.fromkeys(GAPS["3dof"], 0.03))
     assert [chart.number for chart in outcome.charts] == ["5.7", "5.8", "5.9", "5.10"]
-    assert [panel.y_title for panel in outcome.charts[3].panels] == ["L of x (m/(s² A))", "L of z (m/(s² A))"]
+    assert [panel.y_title for panel in outcome.charts[3].panels] == ["L of x (m/(s²·A))", "L of z (m/(s²·A))"]
 
 
 @pytest.mark.parametrize(("name", "axis", "end"), [("2dof-parabolas-20mm", "h", 0.05),

@@ -2,21 +2,31 @@
 // Charts of what the procedures found: curves over an air gap, a time or what else, in the units that they are given in.
 const HUES = 5;   // colours of curves; further ones differ by dash or symbol
 
+/** Labels of an abscissa that is the logarithm of a frequency: 1, 2 and 5 times powers of ten, as many as have room. */
+function decadeTicks({ low, high }, most) {
+  const steps = high - low < most / 4 ? [1, 2, 5] : [1], ticks = [];
+  for (let power = Math.floor(low); power <= high; power++) {
+    ticks.push(...steps.map((step) => [power + Math.log10(step), shortNumber(step * 10 ** power)]));
+  }
+  return ticks.filter(([value]) => value >= low && value <= high);
+}
+
 /** Panels of a chart. Kin, or else a label, has one colour in all of them. */
 function chartPanels(panels) {
   const kins = [...new Set(panels.flatMap(({ curves }) => curves.map(({ kin }) => kin)))];
-  return panels.map(({ x: xTitle, y: title, curves }) => {
-    const unit = / \((.*)\)$/.exec(title)?.[1] ?? "";
-    const places = curves.flatMap(({ x }) => x).filter((value) => value !== null);
+  return panels.map(({ x: xTitle, y: title, curves, decades = false, logarithmic = false }) => {
+    const unit = / \((.*)\)$/.exec(title)?.[1] ?? "", abscissa = (x) => (decades ? x.map(Math.log10) : x);
+    const places = abscissa(curves.flatMap(({ x }) => x).filter((value) => value !== null));
     const air = 0.03 * (Math.max(...places) - Math.min(...places)) || 1;
     return {
-      title, xTitle, low: Math.min(...places) - air, high: Math.max(...places) + air, logarithmic: false,
+      title, xTitle, low: Math.min(...places) - air, high: Math.max(...places) + air, logarithmic,
+      ...(decades && { ticks: decadeTicks, at: (x) => 10 ** x }),
       format: (value) => shortNumber(value), levels: [], areas: [], instants: [], windows: [], marks: [],
-      lines: curves.map(({ label, kin, marked, x, y, margin = null }) => {
+      lines: curves.map(({ label, kin, css, dash, marked, x, y, margin = null }) => {
         const k = kins.indexOf(kin);
         const round = Math.floor(k / HUES);
         return {
-          name: label, css: `run-${k % HUES}`, dash: RUN_DASHES[round % RUN_DASHES.length], x, y, margin, unit, note: unit && ` ${unit}`,
+          name: label, css: css ?? `run-${k % HUES}`, dash: dash ?? RUN_DASHES[round % RUN_DASHES.length], x: abscissa(x), y, margin, unit, note: unit && ` ${unit}`,
           symbol: Object.keys(SYMBOLS)[round % 4], marked: marked || x.length < 2,
           ascending: !marked && x.every((value, at) => value !== null && (at === 0 || value >= x[at - 1])),
         };

@@ -38,9 +38,7 @@ class OutcomeMaps {
     }
     this.place = html("p", { class: "place", role: "status" }, place, `Point at a place, or tap it: what became of it${laws[0].command ? ", and how to run it" : ""}.`);
     if (!laws[0].command) return;
-    this.command = html("p", { hidden: "" }, place);
-    this.code = html("code", {}, this.command);
-    html("button", { type: "button", class: "copy" }, this.command, "Copy");
+    this.card = html("p", { hidden: "" }, place);
   }
 
   text({ values, scale, unit }, k) {
@@ -88,12 +86,22 @@ class OutcomeMaps {
     const became = [law, ...this.laws.filter((each) => each !== law)].map((each) =>
       `${each.name ? `${each.name} ` : ""}${this.outcomes[this.outcome(each, row, column)]}`);
     this.place.textContent = `${where}: ${became.join("; ")}`;
-    if (this.command) {
-      this.code.textContent = [law.command, ...this.factors.flatMap(({ sets, values }, k) => Object.entries(sets).map(([target, given]) =>
-        `--set ${target}=${(given ?? values)[levels[k]]}`))].join(" ");
-      this.command.hidden = false;
+    if (this.card) {
+      fillCard(this.card, { live: report.card?.live, command: law.command }, this.factors.flatMap(({ sets, values }, k) =>
+        Object.entries(sets).map(([target, given]) => [target, (given ?? values)[levels[k]]])));
     }
     this.draw();
+  }
+
+  /** Show the cells alone whose values are kept, of each factor; all at null. */
+  keep(kept) {
+    this.kept = kept;
+    this.draw();
+  }
+
+  /** Whether the value of a factor is kept. */
+  keeps(factor, k) {
+    return this.kept?.[factor][k] ?? true;
   }
 
   listen(law) {
@@ -171,10 +179,11 @@ class OutcomeMaps {
     const image = new ImageData(Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio)));
     this.paper = null;
     const columns = Array.from({ length: image.width }, (_, px) => Math.round(x[0] + (px + 0.5) / image.width * (x[1] - x[0])));
-    for (let py = 0; py < image.height; py++) {
+    const layerKept = this.layers[this.layer].every((k, other) => this.keeps(other + 2, k));
+    for (let py = 0; layerKept && py < image.height; py++) {
       const row = Math.round(y[1] - (py + 0.5) / image.height * (y[1] - y[0]));
-      for (let px = 0; px < image.width; px++) {
-        this.paint(image.data, py * image.width + px, this.outcome(law, row, columns[px]), Math.floor(px / ratio), Math.floor(py / ratio));
+      for (let px = 0; this.keeps(0, row) && px < image.width; px++) {
+        if (this.keeps(1, columns[px])) this.paint(image.data, py * image.width + px, this.outcome(law, row, columns[px]), Math.floor(px / ratio), Math.floor(py / ratio));
       }
     }
     context.putImageData(image, Math.round(MAP.left * ratio), Math.round(MAP.top * ratio));
@@ -201,11 +210,12 @@ class OutcomeMaps {
     }
     context.restore();
     const size = this.rows * this.columns, layer = law.cells.subarray(this.layer * size, (this.layer + 1) * size);
-    const share = layer.reduce((sum, outcome) => sum + (outcome === 0), 0) / size;
+    const shown = layer.filter((_, k) => layerKept && this.keeps(0, Math.floor(k / this.columns)) && this.keeps(1, k % this.columns));
+    const share = shown.reduce((sum, outcome) => sum + (outcome === 0), 0) / (shown.length || 1);
     const others = this.layers.length > 1 ? this.factors.slice(2) : [], chosen = others.map((factor, i) =>   // which paper has no list for
       `${factor.name} ${this.text(factor, this.layers[this.layer][i])}`);
     const whose = [law.name, ...chosen].filter(Boolean).join(", ");
-    law.caption.textContent = `${whose}${whose && ": "}${this.outcomes[0]} in ${(100 * share).toFixed(0)} % of the map`;
+    law.caption.textContent = `${whose}${whose && ": "}${this.outcomes[0]} in ${(100 * share).toFixed(0)} % of ${this.kept ? "what is kept" : "the map"}`;
     canvas.setAttribute("aria-label", law.caption.textContent);
   }
 
@@ -218,6 +228,14 @@ class OutcomeMaps {
 }
 
 const titleOf = ({ name, unit }) => (unit ? `${name} (${unit})` : name);
+
+/** Say in a card which command runs a sample, with what it sets, and where it is in the live page. */
+function fillCard(card, { command, live }, sets) {
+  card.replaceChildren(html("code", {}, null, [command, ...sets.map(([target, value]) => `--set ${target}=${value}`)].join(" ")), " ",
+    html("button", { type: "button", class: "copy" }, null, "Copy"));
+  if (live) card.append(" ", html("a", { href: live + sets.map(([target, value]) => `&${encodeURIComponent(target)}=${value}`).join("") }, null, "open it live"));
+  card.hidden = false;
+}
 
 function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();

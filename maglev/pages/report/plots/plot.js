@@ -13,13 +13,6 @@ function breath() {
   return new Promise((resolve) => { setTimeout(resolve, 0); });
 }
 
-/** Path of a line in px. */
-function linePath(line, across, up, width) {
-  const parts = [], put = (letter) => (x, y) => parts.push(`${letter}${x.toFixed(1)} ${y.toFixed(1)}`);
-  follow({ moveTo: put("M"), lineTo: put("L") }, line, across, up, width);
-  return parts.join("");
-}
-
 /** Outline of the band about a line in px; where line or margin has no value, it has a gap. */
 function bandPath({ x, y, margin }, across, up) {
   const parts = [];
@@ -103,7 +96,8 @@ function axes(picture, panel, across, up, width, height, last) {
     svg("path", { d: `M${PANEL.left} ${y.toFixed(1)}h${width}`, style: grid }, picture);
     svg("text", { x: PANEL.left - 6, y: y + 4, "text-anchor": "end" }, picture, text);
   }
-  for (const [value, text] of across.ticks(Math.max(3, Math.floor(width / 80)))) {
+  const most = Math.max(3, Math.floor(width / 80));
+  for (const [value, text] of panel.ticks?.(across, most) ?? across.ticks(most)) {
     const x = PANEL.left + across.place(value);
     svg("path", { d: `M${x.toFixed(1)} ${PANEL.top}v${height}`, style: grid }, picture);
     if (last) svg("text", { x, y: PANEL.top + height + 14, "text-anchor": "middle" }, picture, text);

@@ -56,7 +56,7 @@ function pointAt(plot, p, here, values) {
  * cursor is fixed; returns the words. */
 function fillReadout(panel, lines, readout, here, since) {
   readout.replaceChildren();
-  const said = [`${panel.xTitle}: ${shortNumber(here)}${since === undefined ? "" : `, Δ ${shortNumber(here - since)}`}`];
+  const { at = (x) => x } = panel, said = [`${panel.xTitle}: ${shortNumber(at(here))}${since === undefined ? "" : `, Δ ${shortNumber(at(here) - at(since))}`}`];
   html("div", {}, readout, said[0]);
   for (const line of lines) {
     const value = lineAt(line, here);
@@ -194,9 +194,9 @@ async function picturePixels(plot) {
 /** Points of the lines that are seen, a row each; no text is a formula of a spreadsheet. */
 function pointsText(plot) {
   const text = (words) => `"${words.replace(/^[=+@\t\r-]/, "'$&").replaceAll('"', '""')}"`;
-  const rows = plot.panels.flatMap(({ title, xTitle, logarithmic }, p) => shownLines(plot, p).flatMap(({ name, x, y }) => {
+  const rows = plot.panels.flatMap(({ title, xTitle, logarithmic, at: value = (x) => x }, p) => shownLines(plot, p).flatMap(({ name, x, y }) => {
     const { low, high } = plot.views[p], start = [`${title}${logarithmic ? ` (${logarithmic})` : ""} over ${xTitle}`, name].map(text).join();
-    return Array.from(x, (at, k) => (at >= low && at <= high && y[k] !== null ? `${start},${Number(at.toPrecision(12))},${Number(y[k].toPrecision(9))}\n` : ""));
+    return Array.from(x, (at, k) => (at >= low && at <= high && y[k] !== null ? `${start},${Number(value(at).toPrecision(12))},${Number(y[k].toPrecision(9))}\n` : ""));
   }));
   return `panel,line,x,y\n${rows.join("")}`;
 }
