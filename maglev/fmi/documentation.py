@@ -1,6 +1,7 @@
 """documentation/index.html of an FMU: the equations from its packages, the variables from its table."""
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from decimal import Decimal
 from html import escape
@@ -17,7 +18,8 @@ from maglev.language.sources import module_path
 
 HERE = Path(__file__).with_name("pages")
 
-LOOKS = ("name", "number", "unit", "number", "variability", "text", "text")   # of the columns of a table
+# Of the columns of a table after the name.
+LOOKS = (' class="number"', ' class="unit"', ' class="range"', "", ' class="text"', ' class="text source"')
 
 
 def external_dependencies(definition: FmuDefinition) -> str:
@@ -35,13 +37,27 @@ def documentation(definition: FmuDefinition, version: str, pages: Sequence[Path]
     """HTML page with a sketch, the block's equations, limits and variables; sections are in further folders, too."""
     sections = typeset("\n".join(block_section(pages, package, name) for package, name in definition.documentation))
     sketch = "" if definition.sketch is None else definition.sketch.drawn()
-    return filled(HERE / "page.html", {
+    return with_contents(filled(HERE / "page.html", {
         "NAME": escape(definition.name), "ABOUT": escape(definition.description),
-        "ICON": quote(svg_file(icon_of(definition)).strip()), "SVG_ICON": svg_icon(icon_of(definition)),
+        "ICON": quote(svg_file(icon_of(definition)).strip(), safe=" =/:.-'"), "SVG_ICON": svg_icon(icon_of(definition)),
         "STYLE": f"\n{(HERE / 'page.css').read_text(encoding='utf-8')}{SKETCH_STYLE}",
         "TITLE": f"{breakable(definition.name)} {escape(version)}", "SKETCH": sketch, "SECTIONS": sections,
         **{f"{causality.upper()}S": variable_table(definition, causality)
-           for causality in ("input", "output", "parameter")}})
+           for causality in ("input", "output", "parameter")}}))
+
+
+def with_contents(page: str) -> str:
+    """A page with an anchor at each heading of its sections, and links to these where it has a place for them."""
+    links, used = list[str](), Counter[str]()
+
+    def anchored(heading: re.Match[str]) -> str:
+        place = re.sub(r"[^a-z0-9]+", "-", heading[1].lower()).strip("-")
+        used[place] += 1
+        place += f"-{used[place]}" if used[place] > 1 else ""
+        links.append(f'<a href="#{place}">{heading[1]}</a>')
+        return f'<h2 id="{place}">{heading[1]}</h2>'
+
+    return re.sub("<h2>(.*?)</h2>", anchored, page).replace("<!--contents-->", "\n".join(links))
 
 
 def block_section(pages: Sequence[Path], package: str, name: str) -> str:
@@ -56,14 +72,15 @@ def variable_table(definition: FmuDefinition, causality: str) -> str:
     titles = ("name", "start", "unit", "range", "variability", "meaning", "source of the value")
     rows = []
     for v in (variable for variable in definition.variables if variable.causality == causality):
-        start = "" if v.causality == "output" else str(definition.start_value(v))
+        start = "" if v.causality == "output" else str(definition.start_value(v)).lower()
         bounds = "" if v.minimum is None or v.maximum is None else f"{numeral(v.minimum)} … {numeral(v.maximum)}"
         start = start if v.causality == "output" or v.boolean else numeral(float(start))
         rows.append((v.name, start, typeset_unit(v.unit), bounds, v.variability, v.description, v.source))
     shown = [k for k in range(len(titles)) if any(row[k] for row in rows)]
     head = "".join(f'<th scope="col">{titles[k]}</th>' for k in shown)
-    body = "\n".join("<tr>" + "".join(f'<td class="{LOOKS[k]}">{breakable(row[k]) if k == 0 else escape(row[k])}</td>'
-                                      for k in shown) + "</tr>" for row in rows)
+    body = "\n".join(f'<tr><th scope="row">{breakable(row[0])}</th>' + "".join(
+        f"<td{LOOKS[k - 1]}>{escape(row[k])}</td>" for k in shown[1:])
+        + "</tr>" for row in rows)
     return f'<div class="wide" tabindex="0"><table><thead><tr>{head}</tr></thead>\n{body}\n</table></div>'
 
 

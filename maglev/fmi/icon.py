@@ -69,7 +69,7 @@ def chunk(kind: bytes, content: bytes) -> bytes:
 
 def svg_icon(shapes: Iterable[Shape], attributes: str = 'class="icon" aria-hidden="true"') -> str:
     """The same as SVG: for a page, an ornament next to the name, if not said otherwise."""
-    paths = "".join(f'<path fill="{colour}" d="M{"L".join(f"{x:.4g} {y:.4g}" for x, y in corners)}Z"/>'
+    paths = "".join(f'<path fill="{colour}" d="M{"L".join(f"{x:.3g} {y:.3g}" for x, y in corners)}Z"/>'
                     for colour, corners in shapes)
     return (f'<svg {attributes} viewBox="0 0 {UNITS} {UNITS}">'
             f'<rect width="{UNITS}" height="{UNITS}" fill="#ffffff"/>{paths}</svg>')

@@ -70,10 +70,11 @@ def loop_of(run: RunResult) -> Loop:
     """Return the linear loop of a run where its references end; LinearModelError, a reason, where there is none."""
     fmus = {fmu.name: fmu for fmu in run.provenance.fmus} if run.provenance is not None else {}
     if not {"plant", "controller"} <= fmus.keys() or not len(run.time):
-        raise LinearModelError("it was not run to its end with one plant and one controller")
+        raise LinearModelError("no plant and controller of this project are in it")
     for name, known in (("plant", plants()), ("controller", controllers())):
         if not (fmus[name].built_here and fmus[name].model in known):
-            raise LinearModelError(f"there is no linear model of its {name}, {fmus[name].shown}")
+            raise LinearModelError(f"there are no equations of its {name}, {fmus[name].shown}; maglev linearise finds "
+                                   "the margins of a file by differences")
     set_by = {name: {variable.name: fmu.start[variable.name] for variable in STAGES.definition(fmu.model).variables
                      if variable.causality == "parameter" and variable.name in fmu.start}
               for name, fmu in fmus.items() if fmu.built_here}

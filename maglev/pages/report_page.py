@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from datetime import UTC, datetime
 from functools import partial
@@ -60,7 +61,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     section = findings.findings_section(outcomes)
     theirs = [result for result in results if not (result.modified or result.plan.own)]   # the thesis's
     title = f"{results[0].plan.name}: {results[0].plan.title}" if len(results) == 1 else TITLE
-    stages = {stage_name(result.plan.name, result.plan) for result in theirs}
+    stages = mapped_stages(theirs)
     maps = {kind: outcome_maps.of_stages(kind, stages) for kind in (outcome_maps.RANGE, outcome_maps.TOLERANCES)}
     parts = {"identification": "Identification"} if section else {}
     parts |= {kind.anchor: kind.heading for kind, of_stages in maps.items() if of_stages}
@@ -101,6 +102,13 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
             f"<dd>{escape(result.plan.description) or 'no description'}</dd>" for result in results),
         data=json_in_html(data),
         scripts=shell.scripts(shell.scene(), *map(read, SCRIPTS)))
+
+
+def mapped_stages(results: Sequence[RunResult]) -> set[str]:
+    """Return the stages whose maps belong to a report: those of which it has most of the package's runs."""
+    whole = Counter(stage_name(name) for name in packaged_runs())
+    here = Counter(stage_name(result.plan.name, result.plan) for result in results)
+    return {stage for stage, count in here.items() if 2 * count > whole[stage]}
 
 
 def page_origin(results: Sequence[RunResult]) -> str:

@@ -1,9 +1,6 @@
 "use strict";
 // What scripts of all pages share: elements, packed bytes, scales of plots with ticks that a person would choose, and what is drawn
 // on canvases, in px of the page.
-const LENGTHS = [[1e-6, "1 nm"], [1e-5, "10 nm"], [1e-4, "0.1 µm"], [1e-3, "1 µm"], [1e-2, "10 µm"], [0.1, "0.1 mm"], [1, "1 mm"], [10, "10 mm"],
-  [100, "100 mm"]];
-
 const SVG = "http://www.w3.org/2000/svg";
 
 /** An element with attributes, put into a parent if there is one. */
@@ -43,6 +40,19 @@ function shortNumber(value, digits = 5) {
   return String(Number(value.toPrecision(digits))).replaceAll("-", "−");
 }
 
+/** Powers of ten between two limits, with 2 and 5 times these where there are few. */
+function decades(low, high, few = 2) {
+  const steps = Math.log10(high / low) < few ? [1, 2, 5] : [1], found = [];
+  for (let power = Math.floor(Math.log10(low)); 10 ** power <= high * 1.001; power++) found.push(...steps.map((step) => Number(`${step}e${power}`)));
+  return found.filter((value) => value >= low * 0.999 && value <= high * 1.001);
+}
+
+/** A length in mm, small ones in µm or nm; with another unit that begins with m the same of it. */
+function lengthText(mm, unit) {
+  const [letter, by] = mm >= 0.1 ? ["m", 1] : mm >= 1e-4 ? ["µ", 1e3] : ["n", 1e6];
+  return `${shortNumber(mm * by, 1)} ${letter}${unit.slice(1)}`;
+}
+
 /** Ticks between two limits, as value and text. */
 function linearTicks(low, high, most) {
   const step = tickStep(high - low, most);
@@ -63,9 +73,7 @@ function scaleOf(low, high, start, end, logarithmic) {
     const at = from + (px - start) / (end - start) * (to - from);
     return logarithmic ? 10 ** at : at;
   };
-  const ticks = (most) => (logarithmic ? LENGTHS.filter(([mm]) => mm >= low * 0.999 && mm <= high * 1.001)
-    .map(([mm, text]) => [mm, text.replace(/m$/, logarithmic.slice(1))])
-    : linearTicks(low, high, most));
+  const ticks = (most) => (logarithmic ? decades(low, high).map((mm) => [mm, lengthText(mm, logarithmic)]) : linearTicks(low, high, most));
   return { low, high, place, value, ticks };
 }
 

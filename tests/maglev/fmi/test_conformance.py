@@ -94,7 +94,7 @@ def test_files_inside(fmus: Path, name: str) -> None:
     assert licence.startswith("MIT License")
     assert "Copyright" in zipfile.ZipFile(fmus / f"{name}.fmu").read("documentation/licenses/pythonfmu.txt").decode()
     for v in definition(name).variables:
-        assert f'<td class="name">{breakable(v.name)}</td>' in page
+        assert f'<th scope="row">{breakable(v.name)}</th>' in page
         assert v.source or v.causality != "parameter", f"{v.name}: where is its value from?"
     assert any(source in page for source in ("(4.12)", "(5.7)", "(4.3)", "(5.2)", "sections 4.1.2",
                                              "section 4.6.1", "sections 4.6.1", "Figs. 4.6, 5.6"))

@@ -121,7 +121,7 @@ def test_files_inside(native_fmus: Path, name: str) -> None:
         png, page = archive.read("model.png"), archive.read("documentation/index.html").decode()
     assert files == sorted(files)
     assert png.startswith(b"\x89PNG\r\n\x1a\n")
-    assert all(f'<td class="name">{breakable(v.name)}</td>' in page for v in definition(name).variables)
+    assert all(f'<th scope="row">{breakable(v.name)}</th>' in page for v in definition(name).variables)
     assert texts["documentation/licenses/license.txt"].startswith("MIT License")
     assert all(word in texts["documentation/licenses/fmi.txt"] for word in ("Modelica Association", "2-Clause BSD"))
     assert not any(file.startswith("resources/") for file in files), "nothing of Python is in it"

@@ -3,6 +3,7 @@
 import base64
 import gzip
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 from report_runs import packaged, page_of, recorded
 from report_tab import Tab, wait_until
 
+from maglev.pages import report_page
+from maglev.pages.figures import stage_name
 from maglev.pages.grids import Grid, Origin, StageGrids, read_grids
 from maglev.pages.operating_range import OUTCOMES, SETTLED
 from maglev.pages.outcome_maps import MARKED, RANGE, TOLERANCES, map_data, maps_section, of_stages
@@ -66,7 +69,9 @@ def test_the_page_has_every_cell_of_tolerances_as_the_data_have_it(stage: str) -
                    for heading in each["factors"][2]["values"])
 
 
-def test_the_page_tells_outcomes_apart_without_colour_and_hides_the_other_stage(browser, tmp_path: Path) -> None:
+def test_the_page_tells_outcomes_apart_without_colour_and_hides_the_other_stage(
+        browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(report_page, "mapped_stages", lambda results: {result.plan.stage.name for result in results})
     results = [recorded(packaged(name)) for name in ("2dof-setpoints", "3dof-setpoints")]
     write_report(tmp_path / "report.html", results, {})
     tab = Tab(browser, tmp_path / "report.html")
@@ -90,8 +95,15 @@ def test_the_page_tells_outcomes_apart_without_colour_and_hides_the_other_stage(
     tab.close()
 
 
-def test_a_report_shows_the_stages_that_it_has_runs_of() -> None:
-    page = page_of([recorded(packaged("3dof-setpoints"))])
+def test_a_report_shows_the_stages_that_it_has_most_runs_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = recorded(packaged("3dof-setpoints"))
+    every = [SimpleNamespace(plan=SimpleNamespace(name=name, stage=SimpleNamespace(name=stage_name(name))))
+             for name in report_page.packaged_runs()]
+    assert report_page.mapped_stages([run]) == set()
+    assert report_page.mapped_stages(every) >= {*STAGES}
+    assert "#operating-range" not in page_of([run]).attributes("href")
+    monkeypatch.setattr(report_page, "mapped_stages", lambda _: {"3dof"})
+    page = page_of([run])
     assert "range-3dof" in page.attributes("id")
     assert "range-2dof" not in page.attributes("id")
     assert "0.1 mm of its reference" in page.with_id("operating-range").text

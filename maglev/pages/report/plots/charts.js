@@ -2,14 +2,8 @@
 // Charts of what the procedures found: curves over an air gap, a time or what else, in the units that they are given in.
 const HUES = 5;   // colours of curves; further ones differ by dash or symbol
 
-/** Labels of an abscissa that is the logarithm of a frequency: 1, 2 and 5 times powers of ten, as many as have room. */
-function decadeTicks({ low, high }, most) {
-  const steps = high - low < most / 4 ? [1, 2, 5] : [1], ticks = [];
-  for (let power = Math.floor(low); power <= high; power++) {
-    ticks.push(...steps.map((step) => [power + Math.log10(step), shortNumber(step * 10 ** power)]));
-  }
-  return ticks.filter(([value]) => value >= low && value <= high);
-}
+/** Labels of an abscissa that is the logarithm of a frequency. */
+const decadeTicks = ({ low, high }, most) => decades(10 ** low, 10 ** high, most / 3).map((value) => [Math.log10(value), shortNumber(value)]);
 
 /** Panels of a chart. Kin, or else a label, has one colour in all of them. */
 function chartPanels(panels) {
