@@ -74,7 +74,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     told = {run.plan.name for run in claim_table.summarised_runs(results, judgements)}
     message = claim_table.run_sentences(results, judgements) + claim_table.message(judgements)
     return shell.page(
-        "report", escape(title), message, read("style.css"), read("page.html"),
+        "report", escape(title), message, read("style.css") + read("claims.css"), read("page.html"),
         heading=escape(title),
         thesis=ABOUT if theirs else "",
         stages="".join(f'<option value="{stage.name}">{escape(stage.title)}</option>'

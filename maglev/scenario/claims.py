@@ -256,7 +256,7 @@ class Claim(Table):
         if value is None or self.measured is None:
             return ""
         if self.unit and self.measured.unit is None:
-            return printed(value, "", self.unit)
+            return printed(value, "", quantities.PRINTED_UNITS.get(self.unit, self.unit))
         return self.measured.printed(value, self.axis_unit)
 
     @property

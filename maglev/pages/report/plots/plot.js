@@ -1,6 +1,6 @@
 "use strict";
 // A plot as SVG: panels below each other, each with its legend, its axes, a readout under the pointer, and zooming.
-const PANEL = { plot: 132, left: 62, right: 12, top: 8, bottom: 36, between: 8, names: 14, paper: 690 };   // px; below the last one, below others, above the first; width on A4
+const PANEL = { plot: 132, left: 62, right: 12, top: 8, bottom: 36, between: 8, names: 14, paper: 690, half: 336 };   // px; below the last one, below others, above the first; widths on A4, alone and of two
 
 const SYMBOLS = {
   circle: "M-3.5 0a3.5 3.5 0 1 0 7 0a3.5 3.5 0 1 0 -7 0", square: "M-3 -3h6v6h-6z", diamond: "M0 -4.5l4.5 4.5l-4.5 4.5l-4.5 -4.5z",
@@ -133,9 +133,9 @@ const shownLines = ({ panels, hidden }, p) => panels[p].lines.filter(({ of, name
 /** Draw one panel of a plot into its place; its legend once, its picture anew each time. */
 function drawPanel(plot, p) {
   const [panel, place, view] = [plot.panels[p], plot.places[p], plot.views[p]];
-  const whole = Math.max(240, Math.min(plot.element.clientWidth, onPaper ? PANEL.paper : Infinity));   // letters are as large on paper
+  const whole = Math.max(240, Math.min(plot.element.clientWidth, onPaper ? (plot.panels.length > 1 ? PANEL.half : PANEL.paper) : Infinity));   // letters are as large on paper
   const [width, height] = [whole - PANEL.left - PANEL.right, PANEL.plot];
-  const last = !plot.runs.length || p === plot.panels.length - 1;
+  const last = !plot.runs.length || onPaper || p === plot.panels.length - 1;
   const lines = shownLines(plot, p);
   const limits = [...[...panel.levels, ...panel.marks].map(({ value }) => value).filter((value) => value !== null), ...panel.areas.flatMap(({ low, high }) => [low, high])];
   const across = scaleOf(view.low, view.high, 0, width, false);
