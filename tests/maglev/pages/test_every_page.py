@@ -173,7 +173,7 @@ def test_a_comparison_begins_with_its_verdict_and_has_one_legend(browser, pages:
     """Then the table, next to it the stages moving in one picture, and plots: a run has one colour and one dash."""
     tab = Tab(browser, pages / "compare.html", reduced_motion="reduce")
     tab.evaluate("maglevReport.drawAll()")
-    wait_until(tab.page, "maglevReport.views && Object.keys(maglevReport.plots).length === 3")
+    wait_until(tab.page, "maglevReport.views && Object.keys(maglevReport.plots).length === 4")
     h1, message, table, stage, plot = (tab.page.locator(part).first.bounding_box() for part in (
         "h1", ".message", "table", "#player-stage", ".panel-plot"))
     assert h1 and message and table and stage and plot
