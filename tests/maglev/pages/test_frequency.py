@@ -21,7 +21,7 @@ def test_the_peak_of_the_curve_is_the_peak_of_the_margins() -> None:
 
 
 def test_a_sinusoid_is_in_its_band_alone_with_its_rms() -> None:
-    time = np.arange(20000) * 1e-3
+    time = np.arange(20000.0) / 1e3
     middles, values = spectrum(time, [3.0 * np.sin(2.0 * np.pi * 40.0 * time), 4.0 * np.cos(2.0 * np.pi * 40.0 * time)])
     k = int(np.argmax(values))
     assert abs(np.log2(middles[k] / 40.0)) < 1.0 / 6.0
@@ -31,7 +31,7 @@ def test_a_sinusoid_is_in_its_band_alone_with_its_rms() -> None:
 
 def test_noise_has_its_power_in_all_bands() -> None:
     values = np.random.default_rng(5).normal(size=2**16)
-    middles, bands = spectrum(np.arange(len(values)) * 1e-3, [values])
+    middles, bands = spectrum(np.arange(float(len(values))) / 1e3, [values])
     assert np.sqrt(np.sum(bands**2)) == pytest.approx(np.sqrt(middles[-1] * 2.0 ** (1.0 / 6.0) / 500.0), rel=0.03)
 
 

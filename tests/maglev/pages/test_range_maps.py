@@ -18,6 +18,7 @@ from maglev.pages.operating_range import OUTCOMES, SETTLED
 from maglev.pages.outcome_maps import MARKED, RANGE, TOLERANCES, map_data, maps_section, of_stages
 from maglev.pages.report_page import json_in_html, write_report
 from maglev.pages.tolerances import QUESTIONS
+from maglev.scenario.layers import packaged_runs
 
 STAGES = ("2dof", "3dof", "5dof")
 LARGEST = 25_000   # bytes: the report of all runs has to stay below 4 MB
@@ -97,8 +98,8 @@ def test_the_page_tells_outcomes_apart_without_colour_and_hides_the_other_stage(
 
 def test_a_report_shows_the_stages_that_it_has_most_runs_of(monkeypatch: pytest.MonkeyPatch) -> None:
     run = recorded(packaged("3dof-setpoints"))
-    every = [SimpleNamespace(plan=SimpleNamespace(name=name, stage=SimpleNamespace(name=stage_name(name))))
-             for name in report_page.packaged_runs()]
+    every: Any = [SimpleNamespace(plan=SimpleNamespace(name=name, stage=SimpleNamespace(name=stage_name(name))))
+             for name in packaged_runs()]
     assert report_page.mapped_stages([run]) == set()
     assert report_page.mapped_stages(every) >= {*STAGES}
     assert "#operating-range" not in page_of([run]).attributes("href")
