@@ -2,8 +2,7 @@
 
 The rows of A decouple, so each velocity row has an estimator of its own. Between two samples the regressor is held at
 their mean and the velocity runs straight. The rest is integrated exactly (FSDI, of the mean behind its lag) or with the
-gain at the middle of the sample (NPFSI), which is of second order and stable for any ε. The derivation is in
-docs/results_identification.md.
+gain at the middle of the sample (NPFSI), which is of second order and stable for any ε.
 """
 
 from collections.abc import Mapping, Sequence
