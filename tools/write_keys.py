@@ -43,9 +43,9 @@ class Key(NamedTuple):
 
 # What puts files and variants together, before there is one table.
 OF_FILES = (
-    Key("extends", "text, or list of text", "", "base files, which this one overrides, in this order: next to it, or "
-        "of the package, such as loops/3dof.toml"),
-    Key("variants", "tables by name", "", "runs `NAME-VARIANT`, each with its table over the scenario"))
+    Key("extends", "text, or list of text", "", "base files in this order, which this file overrides: files next to it, "
+        "or of the package, such as loops/3dof.toml"),
+    Key("variants", "tables by name", "", "runs `NAME-VARIANT`, whose tables override the scenario"))
 
 
 def keys_of(table: type[Table]) -> Iterator[Key]:
@@ -119,9 +119,9 @@ def keys_markdown() -> str:
 
 def table_lines(table: type[Table]) -> Iterator[str]:
     place = table.PLACE if "[" not in table.PLACE else f"`{table.PLACE}`"
-    yield from (f"**{place}**", "", "| key | value | without it | what it means |", "|---|---|---|---|")
+    yield from (f"**{place}**", "", "| key | value | default | meaning |", "|---|---|---|---|")
     if table is ProcedureClaim:
-        yield "| | | | as of `[[claims]]`, and: |"
+        yield "| | | | keys of `[[claims]]`, and: |"
     yield from (f"| `{key.name}` | {key.kind} | {key.without} | {key.meaning} |" for key in keys_of(table))
     yield ""
 

@@ -54,39 +54,41 @@ class Claim(Table):
     KNOWN: ClassVar[Mapping[str, MeasuredQuantity]]   # the quantities that there are, by name
     PICKS: ClassVar[tuple[str, ...]]                  # keys that say which values of a quantity count
 
-    text: str = Field(description="the sentence")
-    source: str = Field(description="where it stands")
-    figure: str | None = Field(default=None, description="number of a figure: the claim is the range of its axis, and "
-                               "has no text and no source")
+    text: str = Field(description="sentence of the claim")
+    source: str = Field(description="place of the sentence, such as a page")
+    figure: str | None = Field(default=None, description="number of a figure: the claim is the range of its axis, "
+                                                         "without text and source")
     quantity: str | None = None
-    unit: str | None = Field(default=None, description="unit of plain numbers as targets, where what is measured has "
-                             "none of its own")
+    unit: str | None = Field(default=None, description="unit of a target that is a plain number, if the metric has no "
+                                                       "unit")
     relation: Literal["<", ">", "is", "about", "in"] | None = Field(
-        default=None, description="what the measured value is to the target; about: within 5 %")
+        default=None, description="relation of the measured value to the target; about: within 5 %")
     target: StrictBool | Annotated[float, ValueKind("quantity")] | tuple[float, float] | None = Field(
-        default=None, description="what it is compared with; of a figure its first or last two ticks")
-    digits: int | None = Field(default=None, ge=1, description="significant digits that the source prints, which weigh "
-                               "it where parameters are estimated")
-    factor: float = Field(default=1.0, gt=0.0, description="times what `than` names; or \"significantly\", which is "
-                          "1.1 times as much, or \"not significantly\"")
+        default=None, description="value to compare with; for a figure the first or last two ticks")
+    digits: int | None = Field(default=None, ge=1, description="significant digits in the source, which give its "
+                                                               "weight in an estimation")
+    factor: float = Field(default=1.0, gt=0.0, description="factor of the value of `than`, or \"significantly\" for "
+                                                           "1.1, or \"not significantly\"")
     over: Literal["all", "any", "mean", "median"] = Field(
-        default="all", description="of several values, the one that meets the claim worst (all), best (any), the mean, "
-                                   "or the median decides")
-    axes: list[str] | None = Field(default=None, description="axes that it is about, or `axis` for one; without it all")
+        default="all", description="which of several values decides: the worst (all), the best (any), the mean, or "
+                                   "the median")
+    axes: list[str] | None = Field(default=None, description="axes of the claim, or `axis` for one; otherwise all")
     own: StrictBool = False           # of a file that is not the package's: it is no claim of the thesis
-    assumed: StrictBool = Field(default=False, description="the source prints no such target or factor: it is ours")
+    assumed: StrictBool = Field(default=False, description="true if target or factor come from this project, not from "
+                                                           "the source")
     stated_kind: ClaimKind | None = Field(
-        default=None, alias="kind", description="what it states; without it by the relation: about a number, an "
-        "ordering with `than`, survival where it is a yes or no, else a specification")
-    chose: str | None = Field(default=None, description="what was chosen by it, or by its figure: it is no independent "
-                              "evidence")
-    given: str | None = Field(default=None, description="what the plant was given that decides it: it tests the method "
-                              "by which it was found, not the thesis")
-    reason: str | None = Field(default=None, description="why it is not reproduced")
-    because: Literal["friction"] | None = Field(default=None, description="what, assumed of the plant, the reason or "
-                                                "the remark blames: the report runs again without it")
-    remark: str | None = Field(default=None, description="what a reader should know whatever the verdict")
-    not_testable: str | None = Field(default=None, description="why it cannot be judged")
+        default=None, alias="kind", description="kind of the claim; otherwise a number with the relation about, an "
+                                                "ordering with `than`, survival for true or false, or else a "
+                                                "specification")
+    chose: str | None = Field(default=None, description="parameter that was chosen by the claim or its figure, so "
+                                                        "that it is no independent evidence")
+    given: str | None = Field(default=None, description="value that the plant got from the thesis and that decides "
+                                                        "the claim: it tests the method, not the thesis")
+    reason: str | None = Field(default=None, description="why the claim does not reproduce")
+    because: Literal["friction"] | None = Field(default=None, description="assumed effect that reason or remark name: "
+                                                                          "the report repeats the run without it")
+    remark: str | None = Field(default=None, description="remark for the reader, whatever the verdict")
+    not_testable: str | None = Field(default=None, description="why the claim cannot be tested")
 
     @model_validator(mode="before")
     @classmethod
@@ -289,17 +291,17 @@ class RunClaim(Claim):
 
     PLACE = "[[claims]]"
 
-    quantity: str | None = Field(default=None, alias="metric", description="what is measured")
-    motors: list[str] | None = Field(default=None, description="motors that it is about, or `motor` for one; without "
-                                     "it all")
-    event: str | None = Field(default=None, description="name of the event that it is about; without it all")
+    quantity: str | None = Field(default=None, alias="metric", description="metric of the claim")
+    motors: list[str] | None = Field(default=None, description="motors of the claim, or `motor` for one; otherwise all")
+    event: str | None = Field(default=None, description="name of the event; otherwise all events")
     band: Annotated[float, ValueKind("length or angle")] | None = Field(
-        default=None, description="of a settling time: one of `metrics.bands` or `metrics.tilt_bands`")
-    columns: list[str] | None = Field(default=None, min_length=1, description="of lowest, highest, largest: recorded "
-                                      "`fmu.variable`, or `column` for one")
+        default=None, description="band of a settling time, one of `metrics.bands` or `metrics.tilt_bands`")
+    columns: list[str] | None = Field(default=None, min_length=1, description="recorded columns `fmu.variable` of "
+                                                                              "lowest, highest, largest, or `column` "
+                                                                              "for one")
     together_with: list[str] | None = Field(default=None, description="other runs over the same axis of a figure")
-    than: str | None = Field(default=None, description="another run, whose value takes the place of the target")
-    than_axis: str | None = Field(default=None, description="another axis, likewise")
+    than: str | None = Field(default=None, description="another run, whose value is the target")
+    than_axis: str | None = Field(default=None, description="another axis, whose value is the target")
 
     @model_validator(mode="before")
     @classmethod
@@ -384,12 +386,11 @@ class ProcedureClaim(Claim):
 
     PLACE = "[[procedure.claims]]"
 
-    quantity: str | None = Field(default=None, alias="value", description="what the procedure found")
-    constant: ConstantName | None = Field(default=None, description="name of the constant that it is about")
-    epsilon: Seconds | None = Field(default=None, description="ε of the estimator that it is about")
-    gaps: GapRange | None = Field(default=None, description="air gaps that it is about, the smaller one first")
-    than: Elsewhere | None = Field(default=None, description="what is different where the mean takes the place of the "
-                                   "target")
+    quantity: str | None = Field(default=None, alias="value", description="result of the procedure")
+    constant: ConstantName | None = Field(default=None, description="name of the constant")
+    epsilon: Seconds | None = Field(default=None, description="ε of the estimator")
+    gaps: GapRange | None = Field(default=None, description="range of air gaps, the smaller one first")
+    than: Elsewhere | None = Field(default=None, description="other ε or air gaps, whose mean is the target")
 
     @property
     def subject(self) -> str:

@@ -36,17 +36,17 @@ class ProcedureSettings(Table):
 
     PLACE = "[procedure]"
 
-    kind: Kind = Field(description="how its runs are evaluated")
-    name: str = Field(pattern=r"^\w[\w.+-]*$", description="after which its results are named")
-    title: str = Field(description="what it is, in a few words")
-    runs: dict[str, str] = Field(default={}, description="names of runs by the parts that they play")
-    figures: dict[str, str] = Field(default={}, description="numbers of the figures of the thesis by what they show")
+    kind: Kind = Field(description="evaluation of the runs")
+    name: str = Field(pattern=r"^\w[\w.+-]*$", description="name of the results")
+    title: str = Field(description="title of a few words")
+    runs: dict[str, str] = Field(default={}, description="names of the runs, by their role")
+    figures: dict[str, str] = Field(default={}, description="numbers of the thesis's figures, by their content")
     table: str = Field(default="", description="number of the thesis's table with the constants")
     printed: dict[ConstantName, Annotated[list[float], Field(min_length=1, max_length=3)]] = Field(
         default={}, description="constants of the thesis at ε = 1 ms, 10 ms and 50 ms; a single value is at 10 ms")
-    gaps: GapRange | None = Field(default=None, description="air gaps that the thesis's figures cover, the smaller one "
-                                  "first")
-    claims: list[ProcedureClaim] = Field(default=[], description="what is claimed of it")
+    gaps: GapRange | None = Field(default=None, description="range of air gaps in the thesis's figures, the smaller "
+                                                            "one first")
+    claims: list[ProcedureClaim] = Field(default=[], description="claims about the procedure")
 
     @model_validator(mode="after")
     def complete(self) -> "ProcedureSettings":

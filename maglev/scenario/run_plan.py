@@ -87,16 +87,17 @@ class FmuTable(Table):
     PLACE = "[fmus.NAME]"
 
     model: str | None = Field(default=None, description="an FMU that `maglev build` makes, by its name; or `file`")
-    file: str | None = Field(default=None, description="path of another FMU, or of a Python file with a class, from "
-                             "the folder of the scenario; it takes the place of the model of a file below")
+    file: str | None = Field(default=None, description="path of an FMU, or of a Python file with a class, from the "
+                                                       "folder of the scenario; it overrides `model` of a base file")
     start: dict[str, Start] = Field(default={}, description="start values of parameters and inputs, by variable")
     inherited: dict[str, Start] = {}   # start values of what it takes the place of in a file that extends another
     start_from: dict[str, RunOutput] = Field(default={}, description="start values that are results of other runs, by "
                                              "variable")
-    inputs: dict[str, str] = Field(default={}, description="what feeds inputs: an output `fmu.variable` by the name of "
-                                   "the input, empty for nothing; goes before what feeds it in a file below")
-    before: str | None = Field(default=None, description="name of an FMU that is stepped after this one; without it "
-                               "the order is that of the table")
+    inputs: dict[str, str] = Field(default={}, description="connections: an output `fmu.variable` by the name of the "
+                                                           "input, or empty for no connection; they override those of "
+                                                           "base files")
+    before: str | None = Field(default=None, description="name of the FMU before which this one steps; without it the "
+                                                         "order is that of the table")
 
     @model_validator(mode="after")
     def one_source(self) -> "FmuTable":
@@ -119,10 +120,11 @@ class Axis(Table):
 
     PLACE = "[axes.NAME]"
 
-    position: str = Field(description="output `fmu.variable` that is measured")
-    reference: str = Field(description="input or output `fmu.variable` that it is measured against")
-    vertical: StrictBool = Field(default=False, description="it points along gravity: the report draws it so")
-    rotation: StrictBool = Field(default=False, description="it is a rotation, in rad")
+    position: str = Field(description="measured output `fmu.variable`")
+    reference: str = Field(description="its reference, an input or output `fmu.variable`")
+    vertical: StrictBool = Field(default=False, description="true if the axis points along gravity, for the picture "
+                                                            "in the report")
+    rotation: StrictBool = Field(default=False, description="true if the axis is a rotation, in rad")
 
     @property
     def unit(self) -> str:
@@ -135,10 +137,10 @@ class Motor(Table):
 
     PLACE = "[motors.NAME]"
 
-    currents: list[str] = Field(default=[], description="delivered currents, outputs `fmu.variable`: for the peak and "
-                                "the mean current")
-    commands: list[str] = Field(default=[], description="commanded currents, likewise: for the peak and the mean "
-                                "command")
+    currents: list[str] = Field(default=[], description="delivered currents, outputs `fmu.variable`, for the peak and "
+                                                        "the mean current")
+    commands: list[str] = Field(default=[], description="commanded currents, outputs `fmu.variable`, for the peak and "
+                                                        "the mean command")
 
 
 class MetricSettings(Table):
@@ -147,13 +149,14 @@ class MetricSettings(Table):
     PLACE = "[metrics]"
 
     bands: list[Annotated[Metres, Field(gt=0.0)]] = Field(
-        default=[], description="bands about a setpoint: the time until the error stays within is measured for each")
-    tilt_bands: list[Annotated[Radians, Field(gt=0.0)]] = Field(default=[], description="the same of rotations")
-    tracking_from: Seconds | None = Field(default=None, description="time from which a moving reference is tracked "
-                                          "steadily: tracking errors count from there")
-    fail_error: Metres = Field(default=1e-3, gt=0.0, description="error at the end beyond which a run ended off target")
+        default=[], description="bands around a setpoint, each with a settling time")
+    tilt_bands: list[Annotated[Radians, Field(gt=0.0)]] = Field(default=[], description="the same for rotations")
+    tracking_from: Seconds | None = Field(default=None, description="time after which tracking errors of a moving "
+                                                                    "reference count")
+    fail_error: Metres = Field(default=1e-3, gt=0.0, description="a run with a larger error at its end ended off "
+                                                                 "target")
     fail_tilt: Radians = Field(   # 1 mm at the motors of the 5-DOF stage, 200 mm from the centre
-        default=5e-3, gt=0.0, description="the same of rotations")
+        default=5e-3, gt=0.0, description="the same for rotations")
 
     def bands_of(self, axis: Axis) -> list[float]:
         """Return the settling bands of an axis, m or rad."""
@@ -170,9 +173,9 @@ class Event(Table):
     PLACE = "[[events]]"
 
     name: str = Field(min_length=1, description="name of the event, such as push of x")
-    time: Seconds = Field(ge=0.0, description="when it happens, and its window begins")
-    end: Seconds | None = Field(default=None, description="end of its window; without it the next event, the next step "
-                                "of a reference, or the end of the run")
+    time: Seconds = Field(ge=0.0, description="time of the event, at which its window begins")
+    end: Seconds | None = Field(default=None, description="end of its window; otherwise the next event, the next step "
+                                                          "of a reference, or the end of the run")
 
 
 class SignalTolerance(Table):
@@ -182,8 +185,9 @@ class SignalTolerance(Table):
 
     allowed: Annotated[StartValue, BeforeValidator(read_allowed), ValueKind("quantity")] = Field(
         default=StartValue(0.0, None, 0.0), alias="absolute",
-        description="deviation from the baseline that is let pass, in the unit of the signal")
-    relative: float = Field(default=0.0, ge=0.0, description="share of the expected value that is let pass besides")
+        description="allowed deviation from the baseline, in the unit of the signal")
+    relative: float = Field(default=0.0, ge=0.0, description="additional allowed deviation, as a share of the "
+                                                             "expected value")
 
     @property
     def absolute(self) -> float:
@@ -197,10 +201,10 @@ class CheckSettings(Table):
     PLACE = "[check]"
 
     interval: Seconds = Field(default=0.05, gt=0.0, description="time between two samples of the baseline")
-    through_contact: StrictBool = Field(default=False, description="the baseline continues where a stop is touched or "
-                                        "the controller trips")
-    signals: dict[str, SignalTolerance] = Field(default={}, description="tolerances of what is compared, by "
-                                                "`fmu.variable`")
+    through_contact: StrictBool = Field(default=False, description="true if the baseline continues after a stop is "
+                                                                   "touched or the controller trips")
+    signals: dict[str, SignalTolerance] = Field(default={}, description="tolerances of the compared signals, by "
+                                                                        "`fmu.variable`")
 
 
 class RunPlan(Table):
@@ -212,39 +216,40 @@ class RunPlan(Table):
     PLACE = "the file itself"
 
     stage_file: str | None = Field(default=None, alias="stage",
-                                   description="path of the description of your own stage, "
-                                 "whose loop stands under the file")
-    name: str = Field(pattern=r"^\w[\w.+-]*$", description="name of the run, after which its results are named: "
-                      "letters, digits, and _ . + -")   # it is no path
-    title: str = Field(description="what it is, in a few words")
-    description: str = Field(default="", description="what it is, in a sentence or two")
-    figures: list[str] = Field(default=[], description="numbers of the figures of the thesis that it shows again")
-    check_only: StrictBool = Field(default=False, description="it is no experiment: it runs by name, and in "
-                                   "`maglev check` of everything")
-    another_reading: StrictBool = Field(default=False, description="an alternative reading of an experiment that "
-                                        "already has its run: its claims are judged, and not counted")
-    chose: str | None = Field(default=None, description="what was chosen by the sentences about it, which are no "
-                              "independent evidence: of every claim that gives no `chose` of its own")
+                                   description="path of the description of your own stage, whose loop the file extends")
+    name: str = Field(pattern=r"^\w[\w.+-]*$", description="name of the run and of its results: "
+                                                           "letters, digits, and _ . + -")   # it is no path
+    title: str = Field(description="title of a few words")
+    description: str = Field(default="", description="description of one or two sentences")
+    figures: list[str] = Field(default=[], description="numbers of the thesis's figures that it repeats")
+    check_only: StrictBool = Field(default=False, description="true if it is no experiment: it runs only by its name, "
+                                                              "and in `maglev check` of all runs")
+    another_reading: StrictBool = Field(default=False, description="true if it is an alternative interpretation of an "
+                                                                   "experiment: its claims are judged, but not "
+                                                                   "counted")
+    chose: str | None = Field(default=None, description="parameter that was chosen by the claims, which are then no "
+                                                        "independent evidence: for all claims without their own "
+                                                        "`chose`")
     stop_time: Seconds = Field(gt=0.0, description="end of the run, a multiple of `step`")
-    step: Seconds = Field(gt=0.0, description="communication step: FMUs exchange values once in it")
+    step: Seconds = Field(gt=0.0, description="communication step, in which FMUs exchange values once")
     output_interval: Seconds = Field(gt=0.0, description="time between two rows of the results, a multiple of `step`. "
-                                     "Metrics are measured at every step")
-    fmus: dict[str, FmuTable] = Field(min_length=1, description="what is simulated, by names of yours, in the order of "
-                                      "stepping")
-    connections: list[tuple[str, str]] = Field(default=[], description="pairs of an output and the input that it "
-                                               "feeds, `fmu.variable`; see also `inputs` of an FMU")
-    signals: list[Signal] = Field(default=[], description="what feeds inputs over time: references, disturbances, "
-                                  "tunable parameters")
-    axes: dict[str, Axis] = Field(default={}, description="what is measured, by name of the axis")
-    motors: dict[str, Motor] = Field(default={}, description="whose currents are measured, by name of the motor")
-    stop_flag: str | None = Field(default=None, description="Boolean output `fmu.variable`: true where a stop is "
-                                  "touched, which is a failure")
-    trip_flag: str | None = Field(default=None, description="Boolean output `fmu.variable`: true once the controller "
-                                  "has switched off, which is a failure")
-    metrics: MetricSettings = Field(default=MetricSettings(), description="how it is measured")
-    events: list[Event] = Field(default=[], description="what happens, in whose windows disturbances are measured")
-    check: CheckSettings = Field(default=CheckSettings(), description="what a baseline holds, and how closely")
-    claims: list[RunClaim] = Field(default=[], description="what is claimed of the run")
+                                                         "Metrics use every step")
+    fmus: dict[str, FmuTable] = Field(min_length=1, description="the simulated FMUs, by names that you choose, in the "
+                                                                "order of stepping")
+    connections: list[tuple[str, str]] = Field(default=[], description="pairs of an output and its input, "
+                                                                       "`fmu.variable`; see also `inputs` of an FMU")
+    signals: list[Signal] = Field(default=[], description="signals of inputs and tunable parameters: references, "
+                                                          "disturbances, faults")
+    axes: dict[str, Axis] = Field(default={}, description="measured positions, by name of the axis")
+    motors: dict[str, Motor] = Field(default={}, description="measured currents, by name of the motor")
+    stop_flag: str | None = Field(default=None, description="Boolean output `fmu.variable` that is true while a stop "
+                                                            "is touched: the run has failed")
+    trip_flag: str | None = Field(default=None, description="Boolean output `fmu.variable` that is true after the "
+                                                            "controller tripped: the run has failed")
+    metrics: MetricSettings = Field(default=MetricSettings(), description="settings of the metrics")
+    events: list[Event] = Field(default=[], description="events, in whose windows disturbances are measured")
+    check: CheckSettings = Field(default=CheckSettings(), description="content and tolerances of the baseline")
+    claims: list[RunClaim] = Field(default=[], description="claims about the run")
     procedure: ProcedureSettings | None = Field(default=None, description="the procedure that the runs belong to")
     _path: Path = PrivateAttr(default=Path("scenario"))
     _own: bool = PrivateAttr(default=False)

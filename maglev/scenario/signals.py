@@ -47,10 +47,10 @@ class SignalTable(Table):
 
     PLACE = "[[signals]]"
 
-    to: str = Field(description="Real input or tunable parameter `fmu.variable` that it feeds")
-    rate_to: str | None = Field(default=None, description="input that its time derivative feeds")
+    to: str = Field(description="Real input or tunable parameter `fmu.variable` that gets the signal")
+    rate_to: str | None = Field(default=None, description="input that gets the time derivative of the signal")
     open_unit: bool = False   # what it feeds may declare units that are not known here: numbers stay as they are
-    unit: str | None = Field(default=None, description="unit of plain numbers; without it they are SI")
+    unit: str | None = Field(default=None, description="unit of plain numbers, which are otherwise in SI")
 
     @model_validator(mode="before")
     @classmethod
@@ -106,7 +106,7 @@ class Constant(SignalTable):
 
     PLACE = "[[signals]], constant"
 
-    kind: Literal["constant"] = Field(description="one value at all times")
+    kind: Literal["constant"] = Field(description="a constant value")
     level: InUnit = Field(alias="value", description="the value")
 
     def values_at(self, times: Array) -> Array:
@@ -118,7 +118,7 @@ class Steps(SignalTable):
 
     PLACE = "[[signals]], steps"
 
-    kind: Literal["steps"] = Field(description="a value from each time on, the first one also before")
+    kind: Literal["steps"] = Field(description="each value holds from its time on, the first one also before")
     times: list[Seconds] = Field(min_length=1, description="ascending times")
     values: Annotated[list[bool | float], ValueKind("list of quantities, or of true and false")] = Field(
         description="values, as many as times")
@@ -152,9 +152,9 @@ class Term(Table):
 
     PLACE = "terms of sinusoids"
 
-    amplitude: Annotated[float, ValueKind("quantity")] = Field(description="in the unit of the signal")
+    amplitude: Annotated[float, ValueKind("quantity")] = Field(description="amplitude, in the unit of the signal")
     omega: RadiansPerSecond = Field(description="angular frequency")
-    phase: Radians = Field(default=0.0, description="angle at t = 0; amplitude · sin(omega t + phase)")
+    phase: Radians = Field(default=0.0, description="angle at t = 0 in amplitude · sin(omega t + phase)")
 
 
 class Sinusoids(SignalTable):
@@ -163,9 +163,9 @@ class Sinusoids(SignalTable):
     PLACE = "[[signals]], sinusoids"
 
     kind: Literal["sinusoids"] = Field(description="an offset and a sum of sinusoids")
-    offset: InUnit = Field(default=0.0, description="value that they swing about")
-    terms: list[Term] = Field(min_length=1, description="sinusoids that are summed")
-    ramp: Seconds = Field(default=0.0, ge=0.0, description="time over which the amplitude grows from 0, smoothly")
+    offset: InUnit = Field(default=0.0, description="mean value")
+    terms: list[Term] = Field(min_length=1, description="the sinusoids")
+    ramp: Seconds = Field(default=0.0, ge=0.0, description="time in which the amplitude grows smoothly from 0")
 
     @field_validator("terms", mode="before")
     @classmethod
@@ -214,13 +214,14 @@ class Csv(SignalTable):
 
     PLACE = "[[signals]], csv"
 
-    kind: Literal["csv"] = Field(description="a column of a table over its time, the column `time` or else the first: "
-                                 "linear between rows, held beyond both ends")
-    file: str = Field(description="path of the table from the folder of the scenario: a CSV, or what others write")
-    column: str = Field(description="name of the column; its unit in the header goes before `unit`")
-    time_unit: str | None = Field(default=None, description="unit of the time; without it that of the header, or s")
-    begin: Seconds | None = Field(default=None, description="time of the run at which the first row is; without it the "
-                                  "times are those of the run")
+    kind: Literal["csv"] = Field(description="a column of a table over `time` or the first column, interpolated "
+                                             "between rows and constant beyond both ends")
+    file: str = Field(description="path of the table, from the folder of the scenario: a CSV file, or a table of a "
+                                  "laboratory")
+    column: str = Field(description="name of the column; a unit in its header overrides `unit`")
+    time_unit: str | None = Field(default=None, description="unit of the time; otherwise that of the header, or s")
+    begin: Seconds | None = Field(default=None, description="time of the run at the first row; otherwise the times of "
+                                                            "the table are those of the run")
     _times: list[float] = PrivateAttr()
     _values: list[float] = PrivateAttr()
     _told: bool = PrivateAttr()      # the unit of the time
