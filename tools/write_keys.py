@@ -43,7 +43,7 @@ class Key(NamedTuple):
 
 # What puts files and variants together, before there is one table.
 OF_FILES = (
-    Key("extends", "text, or list of text", "", "base files in this order, which this file overrides: files next to it, "
+    Key("extends", "text, or list of text", "", "base files in this order, which this file overrides: next to it, "
         "or of the package, such as loops/3dof.toml"),
     Key("variants", "tables by name", "", "runs `NAME-VARIANT`, whose tables override the scenario"))
 
