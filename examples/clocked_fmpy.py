@@ -1,10 +1,10 @@
-"""A clocked controller of FMI 3.0 with fmpy alone: its `simulate_fmu` refuses clocks, its functions tick them.
+"""A clocked controller of FMI 3.0 in fmpy: `simulate_fmu` rejects clocks, but other functions can tick them.
 
     maglev build --kind native --fmi 3 --clocked --target host Plant3DOF Regulator3DOF
     python examples/clocked_fmpy.py fmus/clocked
 
-This is what an importer has to do, in the order of FMI 3.0: at each tick enter event mode, activate the clock, set the
-inputs that belong to it, get its outputs, update the discrete states, and go back to step mode.
+At each tick the importer enters event mode, activates the clock, sets its inputs, gets its outputs, updates the
+discrete states, and returns to step mode, in the order of FMI 3.0.
 """
 
 import ctypes

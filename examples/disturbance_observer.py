@@ -3,10 +3,10 @@
     maglev run 3dof-setpoints-improved --controller examples/disturbance_observer.py
     maglev compare 3dof-setpoints-improved --controller Regulator3DOF --controller examples/disturbance_observer.py
 
-The regulator is the thesis's, with its gains: its class is inherited. New are three observers. Each follows a measured
-position with the acceleration that the limited currents make, and takes what is left over for a disturbance: friction,
-bias, ripple, wrong constants. The demand is reduced by it, so that to the regulator the stage is the double integrator
-that its gains were computed for.
+The class inherits the thesis's regulator with its gains, and adds three observers. Each predicts a measured position
+from the acceleration of the limited currents. It attributes the difference to a disturbance, by friction, bias,
+ripple or wrong constants. The demand is reduced by this disturbance, so that the regulator controls the double
+integrator for which its gains were computed.
 """
 
 from typing import Any

@@ -1,9 +1,9 @@
-"""Train a small agent that levitates the 2-DOF stage and brings it to setpoints, with nothing but NumPy.
+"""Train a small agent, with NumPy only, that levitates the 2-DOF stage and moves it to setpoints.
 
-First a linear agent: each current is a weighted sum of the errors, of what they add up to, of the velocities and of
-one. Then a network on top of it, whose hidden units see errors, velocity and gap, and add to both currents. Weights are
-found by the cross-entropy method: try many, keep the best, draw around these the next ones. All candidates of a
-generation run side by side in one vector environment. What was learned becomes a controller file:
+The first agent is linear: each current is a weighted sum of errors, their integrals, velocities and a constant. The
+second adds a network, whose hidden units see errors, velocities and the gap. The cross-entropy method searches the
+weights: it tries many, keeps the best, and draws the next generation around them. One vector environment runs all
+candidates of a generation. The result is a controller file:
 
     python gym_levitate.py
     maglev compare 2dof-setpoints --controller Regulator2DOF --controller learned.py

@@ -4,9 +4,10 @@
     maglev compare 3dof-setpoints-improved --controller Regulator3DOF --controller examples/h_infinity.py
 
 With the motors feedback-linearised at the measured gap, each axis is a double integrator. A weight k (s + a)/s shapes
-its loop: crossover near √k, integral action up to a. Two Riccati equations give the controller that stays stable for
-the largest uncertainty of the normalised coprime factors of the shaped plant. It is an observer with state feedback,
-so that the reference can go past the observer. Antiwindup: weight and observer are told the limited command.
+its loop, with crossover near √k and integral action up to a. Two Riccati equations give the controller whose loop stays
+stable for the largest uncertainty of the normalised coprime factors of the shaped plant. The controller is an observer
+with state feedback, so the reference can bypass the observer. For anti-windup, weight and observer get the limited
+command.
 
 D. McFarlane, K. Glover, A loop shaping design procedure using H-infinity synthesis, IEEE Trans. Autom. Control, 1992.
 """

@@ -3,11 +3,10 @@
     maglev run 3dof-setpoints-improved --controller examples/lqi_kalman.py
     maglev compare 3dof-setpoints-improved --controller Regulator3DOF --controller examples/lqi_kalman.py
 
-At gaps of 21…29 mm the stage is linearised about the currents that carry it, with the constants that the thesis's
-regulator knows. Two Riccati equations at each give the gains of the states and integrals (LQI), and those of the Kalman
-filter, which also estimates the accelerations that the model does not know; in between they are interpolated. The
-references are smoothed, so that a small deviation is left to the linear feedback; the current that carries the mover,
-and the one that accelerates it as the references want, are fed forward.
+The stage is linearised at gaps of 21…29 mm, about the currents that carry it, with the constants of the thesis's
+regulator. At each gap two Riccati equations give the gains of states and integrals (LQI) and of the Kalman filter,
+which also estimates unknown accelerations. Between the gaps the gains are interpolated. References are smoothed, so
+that the linear feedback sees small deviations only. The currents that carry and accelerate the mover are fed forward.
 """
 
 import numpy as np

@@ -3,12 +3,13 @@
     python -m pip install 'maglev-fmus[examples]'      # where maglev-fmus is installed
     maglev run 3dof-setpoints-improved --controller examples/mpc_osqp.py
     maglev compare 3dof-setpoints-improved --controller Regulator3DOF --controller examples/mpc_osqp.py
-    python examples/mpc_osqp.py      # what a sample costs
+    python examples/mpc_osqp.py      # prints the cost of a sample
 
 With the motors feedback-linearised, each axis is a double integrator with a disturbance, which an observer estimates.
-Every sample a quadratic programme finds the accelerations of the next 0.25 s, of which the first is commanded: least
-squares of the errors, the velocities, and the accelerations next to those that only hold, within nine tenths of what
-4 A can make at the present gap. That is its antiwindup: it knows the limits, and the observer is told what was given.
+In every sample a quadratic programme computes the accelerations of the next 0.25 s, and the first one is commanded. It
+minimises squares of errors, velocities, and accelerations in addition to those that hold the stage. Accelerations stay
+within 90 % of the acceleration by 4 A at the present gap. This replaces anti-windup, because the programme knows the
+limits, and the observer gets the limited command.
 """
 
 import time

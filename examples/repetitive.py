@@ -1,12 +1,13 @@
 """Repetitive learning on top of the thesis's regulator of the 3-DOF stage, for its sinusoids (section 5.6.4).
 
     maglev run 3dof-tracking-nonlinear --controller examples/repetitive.py
-    python examples/repetitive.py        # mean errors period by period, with friction, noise and without; picture
+    python examples/repetitive.py        # mean errors of each period, with friction, with noise, without; picture
 
-The regulator's internal model leaves no error at the frequency of the reference. What friction and the guide's ripple
-leave repeats with it, at its multiples. Harmonics 2 to 20 of the error of one period, divided by what the closed loop
-makes of a reference there, are taken from the reference of those after the next: U ← U − g E/T̂(jnω0). The next one is
-left out, for in it the loop still settles. E dies out if |1 − g T(jnω0)/T̂(jnω0)| < 1, whatever repeats.
+The regulator's internal model leaves no error at the frequency of the reference. Errors by friction and the ripple of
+the guide repeat with the reference, at multiples of its frequency. Harmonics 2 to 20 of the error of one period are
+divided by the response of the closed loop. Two periods later they are subtracted from the reference: U ← U − g
+E/T̂(jnω0). The period between is skipped, because the loop still settles. E decays if |1 − g T(jnω0)/T̂(jnω0)| < 1, for
+any repeating disturbance.
 """
 
 from cmath import rect

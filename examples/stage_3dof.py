@@ -1,4 +1,4 @@
-"""What the examples share: the ports of a controller of the 3-DOF stage, and its motors, feedback-linearised."""
+"""Ports of a controller of the 3-DOF stage, and its feedback-linearised motors, shared by the examples."""
 
 from controller_fmu.feedback_linearisation import demanded_current
 from controller_fmu.motor_command import MotorCommand

@@ -3,12 +3,12 @@
     maglev run 3dof-thrust-loss-fixed --controller examples/adapting/adrc.py
     maglev linearise Plant3DOF examples/adapting/adrc.py --at y=25mm --open y
 
-With the motors feedback-linearised, each axis is p'' = u + d, and d is all that is not known: friction, bias, ripple,
-payload, a magnet that has become weaker. An observer with three equal poles follows p, p' and d from the measured
-position and from the acceleration u that the limited currents make; the demand takes d back, and places two poles.
-It has no integral that could wind up, and learns no constant: only what is missing now.
+With feedback-linearised motors each axis is p'' = u + d. The disturbance d is the sum of all unknown accelerations, by
+friction, bias, ripple, a payload or weaker magnets. An observer with three equal poles estimates p, p' and d from the
+measured position and the acceleration u of the limited currents. The demand subtracts d and places two poles. The
+controller has no integral that could wind up, and estimates no constants.
 
-J. Han, From PID to active disturbance rejection control, IEEE Trans. Ind. Electron. 56(3), 2009: the idea.
+J. Han, From PID to active disturbance rejection control, IEEE Trans. Ind. Electron. 56(3), 2009: the method.
 Z. Gao, Scaling and bandwidth-parameterization based controller tuning, American Control Conference, 2003: one
 bandwidth for the observer, and one for the loop.
 R. Miklosovic, A. Radke, Z. Gao, Discrete implementation and generalization of the extended state observer, American

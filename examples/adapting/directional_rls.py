@@ -1,17 +1,17 @@
-"""The thesis's regulator of the 3-DOF stage with constants by recursive least squares that forget by direction.
+"""The thesis's regulator of the 3-DOF stage, with constants from recursive least squares with directional forgetting.
 
     maglev run 3dof-thrust-loss-fixed --controller examples/adapting/directional_rls.py
 
-A row of the model is v' = φ θ: of x and z, θ is the thrust, Coulomb friction and a bias; of y, the attraction, the
-constant of magnets on coils and a bias. Both sides pass the same low-pass filter, so that v' is known without a
-derivative. Least squares with forgetting lose what a motion does not show: the information matrix R dies out in all
-directions but the one that is excited, and the estimates drift. Here only that one is forgotten: R loses a share of
-R φ φᵀ R / (φᵀ R φ) before φ φᵀ is added. Friction and bias are estimated so that they do not pass for thrust; the
-regulator gets the constants alone, within bounds and slowly. It needs no guard on excitation.
+A row of the model is v' = φ θ. For x and z, θ has the thrust, Coulomb friction and a bias. For y it has the attraction,
+the constant of magnets on coils and a bias. Both sides pass the same low-pass filter, so that v' needs no derivative.
+With usual forgetting the information matrix R decays in all directions that the motion does not excite, and the
+estimates drift. Here R forgets the excited direction only: it loses a share of R φ φᵀ R / (φᵀ R φ) before φ φᵀ is
+added. Estimates of friction and bias keep these effects out of the thrust. The regulator gets only the constants,
+slowly and within bounds. The method needs no supervision of the excitation.
 
 L. Cao, H. M. Schwartz, A directional forgetting algorithm based on the decomposition of the information matrix,
 Automatica 36(11), 2000.
-R. Kulhavý, Restricted exponential forgetting in real-time identification, Automatica 23(5), 1987: the idea.
+R. Kulhavý, Restricted exponential forgetting in real-time identification, Automatica 23(5), 1987: the method.
 """
 
 from math import pi

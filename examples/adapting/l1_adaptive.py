@@ -3,10 +3,10 @@
     maglev run 3dof-thrust-loss-fixed --controller examples/adapting/l1_adaptive.py
     maglev linearise Plant3DOF examples/adapting/l1_adaptive.py --at y=25mm --open y
 
-To each axis belongs a predictor of its velocity, v̂' = −a (v̂ − v) + u + σ̂: u is the acceleration that the limited
-currents make, as the regulator knows the stage, and σ̂ what has to be added so that the error of the prediction would be
-nothing a sample later. The demand is reduced by σ̂ behind a low-pass filter C(s) = ω/(s + ω). However fast σ̂ is found,
-ω alone decides what the loop has of margins: that is the point of the method. ω = 0 is the regulator without it.
+Each axis has a predictor of its velocity, v̂' = −a (v̂ − v) + u + σ̂. Here u is the acceleration by the limited currents
+in the regulator's model, and σ̂ the correction with which the next prediction would have no error. The demand is
+reduced by σ̂ behind a low-pass filter C(s) = ω/(s + ω). The margins of the loop depend on ω alone, not on the speed of
+the adaptation, which is the purpose of the method. With ω = 0 the regulator has no adaptation.
 
 C. Cao, N. Hovakimyan, Design and analysis of a novel L1 adaptive control architecture with guaranteed transient
 performance, IEEE Trans. Autom. Control 53(2), 2008: predictor and filter.

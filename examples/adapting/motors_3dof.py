@@ -1,6 +1,6 @@
-"""What adrc.py, l1_adaptive.py and directional_rls.py share: the motors of the 3-DOF stage, feedback-linearised (5.7).
+"""The feedback-linearised motors (5.7) of the 3-DOF stage, for adrc.py, l1_adaptive.py and directional_rls.py.
 
-It keeps to what a native FMU can have, so that these controllers can be native too.
+They keep to the language of blocks, so that these controllers can become native FMUs.
 """
 
 from controller_fmu.feedback_linearisation import demanded_current

@@ -1,9 +1,9 @@
-"""Plant: an active magnetic bearing, which holds a rotor on two axes between pairs of electromagnets.
+"""A plant: an active magnetic bearing, which holds a rotor on two axes between pairs of electromagnets.
 
     maglev run levitate.toml --plot
     maglev build bearing.py                   # as an FMU; with --kind native one that needs no Python
 
-The states of a magnet are its flux linkage alone: its current and its force follow from that, saturation is left out.
+The flux linkage is the only state of a magnet. Current and force follow from it, without saturation.
 The equations are those of Schweitzer and Maslen, Magnetic Bearings (2009), chapter 4; the numbers are typical.
 """
 

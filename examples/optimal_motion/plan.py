@@ -1,15 +1,14 @@
-"""Motions of the 3-DOF stage that are the fastest, or take the least energy, by CasADi from the plant as an FMU.
+"""Plan the fastest motion of the 3-DOF stage, and the one of least energy, with CasADi and the plant's FMU.
 
     maglev build --kind native --target host Plant3DOF
     python examples/optimal_motion/plan.py              # writes fastest.csv and thrifty.csv next to this file
     python examples/optimal_motion/run.py               # runs them under the thesis's regulator: table and picture
 
 The mover goes from rest to rest over the first step of the setpoints: gap 25 to 27 mm, x 0 to 10 mm, z 0 to -15 mm.
-CasADi imports the FMU for model exchange; its derivatives are those of the FMU. Unknown are positions, velocities and
-the currents i_d, i_q of the motors, constant in each of the intervals (direct collocation, Radau, degree 3); each
-phase has at most 4 A. Amplifiers are taken to be ideal, as their lag of 0.3 ms is short next to an interval, and there
-is no presliding friction, which has a kink where the mover turns: the regulator has to deal with both. All else is as
-in the plant.
+CasADi imports the FMU for model exchange and uses its derivatives. The unknowns are positions, velocities, and the
+currents i_d, i_q of the motors, constant in each interval (direct collocation, Radau, degree 3). Each phase has at most
+4 A. Two effects of the plant are left to the regulator: the lag of the amplifiers, 0.3 ms, which is short compared with
+an interval, and presliding friction, which has a kink when the mover turns.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""Run the planned motions under the thesis's regulator, next to a step of the same distance: table and picture.
+"""Run the planned motions and a step of the same distance with the thesis's regulator, for a table and a picture.
 
     python examples/optimal_motion/run.py
 """

@@ -1,6 +1,6 @@
-"""Build pd_controller.fmu next to this file, or the FMU of the C file in the folder that is named: compile, and zip.
+"""Build pd_controller.fmu next to this file, or the FMU of the C file in a folder that is given as argument.
 
-The FMI headers are those that fmpy ships. The compiler is the system's cc, or that of the package ziglang.
+The FMI headers come with fmpy. The compiler is cc of the system, or that of the package ziglang.
 """
 
 import platform

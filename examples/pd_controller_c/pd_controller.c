@@ -1,4 +1,4 @@
-/* PD controller of the 2-DOF stage as an FMI 2.0 co-simulation FMU: all that it computes.
+/* PD controller of the 2-DOF stage as an FMI 2.0 co-simulation FMU: the complete code.
  *
  * Lengths are in mm and currents in A. The gap grows downwards; a larger direct current lowers the mover, and without
  * control it falls, or sticks to the stator, within a tenth of a second. */

@@ -1,4 +1,4 @@
-"""The same PD controller as in ../pd_controller_c, written with pythonfmu, with the port names of the stage.
+"""The PD controller of ../pd_controller_c, written with pythonfmu and with the port names of the stage.
 
     pythonfmu build -f pd_controller.py
     maglev run 2dof-step-1-nonlinear --controller PDController.fmu

@@ -1,5 +1,5 @@
-/* The closed loop in a process without Python: loads the FMUs of the 3-DOF stage and of its regulator, steps them in
- * turn, and writes positions as CSV.
+/* The closed loop in a process without Python. The program loads the FMUs of the 3-DOF stage and of its regulator,
+ * steps them in turn, and writes positions as CSV.
  *
  *     cc -std=c99 -O2 -I <fmpy>/c-code run.c -o run -ldl -lm
  *     ./run Plant3DOF Regulator3DOF 3 > positions.csv

@@ -1,4 +1,4 @@
-"""A smooth way from one setpoint to the next, which waits while somebody asks it to."""
+"""A smooth reference from one setpoint to the next, which waits while its input `hold` is true."""
 
 
 class Generator:

@@ -1,8 +1,8 @@
-"""Stops a movement while the stage does not follow it."""
+"""A supervisor that stops a motion while the stage does not follow it."""
 
 
 class Supervisor:
-    """Asks for a halt while the error of the air gap is beyond a limit, until it is back within half of it."""
+    """Sets `hold` while the error of the air gap exceeds a limit, until it is below half of the limit."""
 
     inputs = {"v.error": "m"}
     outputs = {"hold": ""}
