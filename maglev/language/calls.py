@@ -32,6 +32,8 @@ TWO = {"fmod", "remainder", "atan2", "pow"}
 WHOLE = {"floor", "ceil", "trunc"}     # give a whole number
 TELLING = {"isfinite", "isnan", "isinf"}
 
+CHANGING = {"append", "extend", "insert", "remove", "pop", "clear", "sort", "reverse"}   # of lists
+
 
 class Calls(Expressions):
     """The expressions of one function, calls among them."""
@@ -42,6 +44,8 @@ class Calls(Expressions):
         if function is not None:
             if (known := self.builtin(node, function)) is not None:
                 return known
+            if function is super:
+                raise self.refusal(node, "super(): expected the method of the base class under another name")
             if not inspect.isfunction(function):
                 raise self.refusal(node, f"{ast.unparse(node.func)}(): expected a def, a function of math, abs, min, "
                                          "max, len, any, all, int, float or bool")
@@ -52,8 +56,9 @@ class Calls(Expressions):
         owner = self.expression(node.func.value)
         shown = ast.unparse(node.func)
         if isinstance(owner.type, List):
-            raise self.refusal(node, f"{shown}(): a list keeps its length and order: expected assignments to its "
-                                     "elements")
+            raise self.refusal(node, f"{shown}(): " + (
+                "a list keeps its length and order: expected assignments to its elements"
+                if node.func.attr in CHANGING else "lists have no methods: expected a for over its elements"))
         if not isinstance(owner.type, Struct):
             raise self.refusal(node, f"{shown}(): {ast.unparse(node.func.value)} is {self.words(owner.type)}, expected "
                                      "an object")
@@ -72,7 +77,7 @@ class Calls(Expressions):
         """A call of a function, read for the types of its arguments."""
         shown = ast.unparse(node.func)
         signature = inspect.signature(source)
-        if source.__closure__:
+        if set(source.__code__.co_freevars) - {"__class__"}:   # which super() needs
             raise self.refusal(node, f"{shown}() is a def in a function: expected one of a module")
         if any(each.kind is not each.POSITIONAL_OR_KEYWORD for each in signature.parameters.values()):
             raise self.refusal(node, f"{shown}() has * or / in its def: expected every parameter by itself")

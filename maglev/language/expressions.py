@@ -309,8 +309,8 @@ class Expressions:
         length, item = base.type.length, base.type.item
         if isinstance(index, Const):
             if not -length <= index.value < length:
-                raise self.refusal(node or self.node, f"element {index.value} of a list of {length}: expected one "
-                                                      "of it")
+                raise self.refusal(node or self.node, f"element {index.value} of a list of {length}: expected "
+                                                      + (f"{-length} to {length - 1}" if length else "a longer one"))
             index = Const(index.value % length, INT)
             if isinstance(base, ConstList):
                 value = base.values[index.value]
@@ -329,7 +329,8 @@ class Expressions:
         for value in values:
             if value.type not in (FLOAT, INT):
                 raise self.refusal(node, f"{ast.unparse(node)} has {self.words(value.type)}: expected numbers"
-                                         + (", such as 1.0 if … else 0.0" if value.type == BOOL else ""))
+                                         + (", such as 1.0 if … else 0.0" if value.type == BOOL else
+                                            ", such as its elements in a for" if isinstance(value.type, List) else ""))
         return [self.as_float(value) for value in values] if FLOAT in {value.type for value in values} else list(values)
 
     def as_float(self, value: Expr) -> Expr:

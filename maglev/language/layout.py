@@ -83,11 +83,11 @@ class Layout:
             try:
                 kind = self.type_of(part, f"{place}.{name}")
             except Unlike as error:
-                self.unlike[type(value), name] = str(error)
+                self.unlike[type(value), name] = str(error).replace(f"{place}.", "self.")   # as the class has it
                 continue
             if kind is None:
                 what = "None" if part is None else f"of {type(part).__name__}"
-                self.unlike[type(value), name] = (f"{place}.{name} is {what}: expected a number, a Boolean, an object "
+                self.unlike[type(value), name] = (f"self.{name} is {what}: expected a number, a Boolean, an object "
                                                   "or a list")
             else:
                 fields[name] = kind

@@ -17,7 +17,9 @@ from maglev.fmi.native_build import own_code
 from maglev.fmi.native_law import native_law
 from maglev.fmi.sampled_block import FIRST_PORT
 from maglev.fmi.trouble import OWN
+from maglev.language.layout import Layout
 from maglev.language.program import Untranslatable
+from maglev.language.texts import place_of_attribute
 from maglev.user.own_modules import own_name
 from maglev.user.source import file_of, load, read_modules
 
@@ -69,7 +71,8 @@ def importable(texts: Mapping[str, str]) -> Iterator[Path]:
 
 def native_definition(definition: WrittenDefinition, file: Path) -> WrittenDefinition:
     """Definition of a class for a native FMU; BuildError, with the line, if it is not of the language of blocks."""
-    require_floats(definition, file)
+    with language_errors():
+        require_types(definition, file)
     written, clock, _, sampled = definition.arguments
     ports = tuple(v.place for v in definition.variables if v.causality == "output" and not v.boolean)
     native = replace(definition, block=native_law, arguments=(written, clock, sampled),   # type: ignore[arg-type]
@@ -88,11 +91,12 @@ def language_errors() -> Iterator[None]:
         raise BuildError(f"{error}; only native FMUs need this") from error
 
 
-def require_floats(definition: WrittenDefinition, file: Path) -> None:
-    """Raise for whole numbers where an FMU has Reals: C keeps the type that an attribute begins with."""
-    law = definition.new_block()
+def require_types(definition: WrittenDefinition, file: Path) -> None:
+    """Raise for attributes that C cannot have, and for whole numbers where an FMU has Reals, with their line."""
+    block = definition.new_block()
+    Layout(block.law, str)
     for v in definition.variables:
-        value = v.read(law)
+        value = v.read(block)
         if not v.boolean and type(value) is not float:
-            raise BuildError(f"{file.name}: {v.name} starts as {value!r}, a native FMU needs a float: expected "
-                             f"{float(value)!r}")
+            place = place_of_attribute(type(block.law), v.place.replace("law", "self", 1)) or f"{file.name}: "
+            raise Untranslatable(f"{place}{v.name} starts as {value!r}: expected {float(value)!r}")

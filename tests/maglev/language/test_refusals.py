@@ -152,7 +152,8 @@ EXPRESSIONS = {
         "math.gamma(): expected one of acos, asin, atan, atan2, ceil, cos, cosh, erf, erfc, exp, expm1, floor, "
         "fmod, isfinite, isinf, isnan, log, log10, log1p, log2, pow, remainder, sin, sinh, sqrt, tan, tanh, "
         "trunc, or of pmlsm",
-    "math.fsum(self.levels)": "math.fsum(self.levels) has a list of 3 elements: expected numbers",
+    "math.fsum(self.levels)":
+        "math.fsum(self.levels) has a list of 3 elements: expected numbers, such as its elements in a for",
     "math.no_such_thing": "there is no no_such_thing in math: expected a name of it",
     "unknown": "there is no unknown: expected a name of the file",
     "unknown(self.level)": "unknown(): there is no such function, expected a def of the file",
@@ -177,14 +178,16 @@ EXPRESSIONS = {
     "lambda: 1.0": "lambda: expected a def",
     "(y := 1.0)": ":=: expected a line of its own",
     "self.levels[0:2]": "a part of a list: expected a for over its elements",
-    "self.levels[3]": "element 3 of a list of 3: expected one of it",
-    "self.levels[-4]": "element -4 of a list of 3: expected one of it",
+    "self.levels[3]": "element 3 of a list of 3: expected -3 to 2",
+    "self.levels[-4]": "element -4 of a list of 3: expected -3 to 2",
     "self.levels[1.0]": "self.levels[1.0]: expected a list and a whole number",
     "self.levels[self.on]": "self.levels[self.on]: expected a list and a whole number",
     "self.none[self.count]": "an element of an empty list: expected one with elements",
     "self.level[0]": "self.level[0]: expected a list and a whole number",
-    "self.levels + self.levels": "self.levels + self.levels has a list of 3 elements: expected numbers",
-    "self.levels.copy()": "self.levels.copy(): a list keeps its length and order: expected assignments to its elements",
+    "self.levels + self.levels":
+        "self.levels + self.levels has a list of 3 elements: expected numbers, such as its elements in a for",
+    "self.none[0]": "element 0 of a list of 0: expected a longer one",
+    "self.levels.copy()": "self.levels.copy(): lists have no methods: expected a for over its elements",
     "self.level.real": "self.level.real: self.level is a float, expected an object",
     "self.mixed[0]":
         "self.mixed[1] is unlike self.mixed[0]: expected a list of numbers of one type, or of objects of one "
@@ -200,6 +203,7 @@ EXPRESSIONS = {
     "self.half": "self.half is a property: expected a call of a method",
     "self.maybe": "self.maybe is a method: expected a call of a method",
     "self.missing()": "self.missing(): Tank has no such method: expected a def in it",
+    "super().step(t, dt)": "super(): expected the method of the base class under another name",
     "self.part.missing()": "self.part.missing(): Part has no such method: expected a def in it",
     "self.plain()": "self.plain() is a staticmethod: expected a method with self, or a def next to the class",
     "self.level()": "self.level(): Tank has no such method: expected a def in it",

@@ -170,9 +170,11 @@ def test_the_state_is_saved_and_restored(tmp_path: Path) -> None:
 MISFITS = {
     "power": (("w = self.bandwidth", "w = self.bandwidth ** 1.0"), "** 1.0", "**: expected a product"),
     "list": (("self.known = True", "self.known = [0.0]"), "= [0.0]", "a new list: expected one that __init__ sets"),
-    "None": (("self.known = True", "self.known = None"), "self.known = None", "None: expected"),
+    "shared": (("self.known = False", "self.known = False\n        self.seen = [0.0]\n        self.more = self.seen"),
+               "self.more = self.seen", "self.more is the same object as self.seen"),
     "raise": (("        w = self.band", "        if t < 0.0:\n            raise ValueError\n        w = self.band"),
               "raise ValueError", "raise: expected"),
+    "whole number": (("self.damping = 0.9", "self.damping = 1"), "self.damping = 1", "starts as 1: expected 1.0"),
     "another type": (("self.known = True", "self.known = 1.0"), "self.known = 1.0", "starts as a Boolean"),
     "no such name": (("w = self.bandwidth", "w = self.bandwith"), "self.bandwith", "self.bandwith is no attribute")}
 
@@ -187,14 +189,6 @@ def test_the_line_that_cannot_be_c(slow: None, tmp_path: Path, case: str) -> Non
     assert line.startswith(f"maglev: pd.py, line {line_of(path, part)}: ")
     assert message in line
     assert not (tmp_path / "native" / "PD.fmu").exists()
-
-
-def test_a_whole_number_cannot_be_c(slow: None, tmp_path: Path) -> None:
-    """C would keep it whole."""
-    require_native_tools()
-    path = controller(tmp_path, ("self.damping = 0.9", "self.damping = 1"))
-    line = error_line(maglev("build", path, "--kind", "native", "--fmus", tmp_path))
-    assert "damping starts as 1, a native FMU needs a float: expected 1.0" in line
 
 
 def test_a_whole_number_that_overflows_ends_a_native_run(fastest_fmus: Path, tmp_path: Path) -> None:
