@@ -5,7 +5,7 @@
 
 Each mutation is made in a copy of the packages, the FMUs that it affects are built natively for this machine, and the
 runs of its group are checked against the committed baselines until one deviates. What only stages of users have, such
-as motors that are not alike, has no baseline: its mutations are in templates, and the tests of the group have to fail.
+as motors that are not alike, has no baseline: the tests of its group have to fail.
 The exit code is 1 if a mutation survives that `mutants.toml` does not call equivalent, with a reason, or if one called
 so is noticed.
 """

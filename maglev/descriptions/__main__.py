@@ -1,4 +1,4 @@
-"""Write the modules of the stages in the folder `stages`: `python -m maglev.descriptions`, from the repository."""
+"""Write the pages of the stages in the folder `stages`: `python -m maglev.descriptions`, from the repository."""
 
 from maglev.descriptions.description_file import PACKAGED, read_stage
 from maglev.descriptions.writer import write

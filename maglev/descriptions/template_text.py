@@ -1,17 +1,12 @@
-"""Text of templates of Python modules: terms, imports, comments below each other, lines within their length."""
+"""Text of templates: terms, units, and Python with lines within their length."""
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import MISSING, fields
 from itertools import accumulate
-from typing import Any
-
-from pmlsm.stage_description import Mode, Ripple, Roughness, Stop
 
 LONGEST = 120   # characters of a line
 BREAKS = re.compile(r" (?=(?:and|or) )"), re.compile(r" (?=[+-] )"), re.compile(", ")   # the best first
 BRACKETLESS = re.compile(r"^(\s*(?:if not|if|return|[\w.]+ =) )(.+?)(:?)$")
-NO_STOP = Stop(-10.0, 10.0, 0.0, 0.0)   # of an axis whose stops are at the motors
 
 
 def each(items: Iterable[str | tuple[str, ...]], text: str, between: str = ", ") -> str:
@@ -25,47 +20,9 @@ def sum_text(items: Sequence[str], text: str = "{0}") -> str:
     return terms if len(items) == 1 else f"({terms})"
 
 
-def mean(items: Sequence[str], text: str) -> str:
-    return factor(1.0 / len(items)) + sum_text(items, text)
-
-
 def factor(value: float) -> str:
     """Factor before a term, left out where it is 1."""
     return "" if value == 1.0 else f"{value!r} * "
-
-
-def stated(part: Any) -> dict[str, Any]:
-    """Names and values of a description's dataclass that have no default, or are not as their class has them."""
-    values = {member.name: getattr(part, member.name) for member in fields(part)}
-    return {member.name: values[member.name] for member in fields(part) if values[member.name] != (
-        member.default if member.default_factory is MISSING else member.default_factory())}
-
-
-def not_default(part: Ripple | Roughness | Stop | Mode) -> list[tuple[str, float]]:
-    """Names and values that the constructor of an axis does not take and that differ from its defaults."""
-    return [(name, value) for name, value in stated(part).items() if hasattr(type(part), name)]   # a default is there
-
-
-def sorted_imports(text: str) -> str:
-    """Imports in their order, those of one module together; a line for each member where they are too many for one."""
-    members: dict[str, set[str]] = {}
-    for module, names in re.findall(r"^from (\S+) import (.+)$", text, re.MULTILINE):
-        members.setdefault(module, set()).update(names.split(", "))
-    written = ""
-    for module, unsorted in sorted(members.items()):
-        names = sorted(unsorted, key=lambda name: (not name.isupper(), not name[0].isupper(), name.lower()))
-        line = f"from {module} import {', '.join(names)}"
-        if len(line) > LONGEST:
-            line = f"from {module} import (\n" + "".join(f"    {name},\n" for name in names) + ")"
-        written += line + "\n"
-    return written
-
-
-def aligned_comments(text: str) -> str:
-    """Assignments with their comments below each other."""
-    pairs = [line.partition("  # ") for line in text.splitlines()]
-    width = max(len(code) for code, _, _ in pairs) + 2
-    return "".join(f"{f'{code:<{width}}# {comment}' if comment else code}\n" for code, _, comment in pairs)
 
 
 def fitted(text: str) -> str:

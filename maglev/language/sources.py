@@ -61,16 +61,6 @@ def imported_modules(module: str, text: str) -> tuple[str, ...]:
     return tuple(imported)
 
 
-def defined_names(text: str) -> dict[str, int]:
-    """Names of classes, functions and constants that a module's text defines, with their lines."""
-    names_at = {}
-    for node in parsed(text).body:
-        names = [node.name] if isinstance(node, (ast.ClassDef, ast.FunctionDef)) else [
-            target.id for target in getattr(node, "targets", []) if isinstance(target, ast.Name)]
-        names_at.update(dict.fromkeys(names, node.lineno))
-    return names_at
-
-
 def renamed(text: str, packages: tuple[str, ...], prefix: str) -> str:
     """Text whose imports from the given packages go to those packages inside another one."""
     names = "|".join(re.escape(name) for name in sorted(packages, key=len, reverse=True))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.descriptions.registry import STAGES, OwnStage
-from maglev.descriptions.writer import module_texts
+from maglev.descriptions.writer import page_texts
 from maglev.files.copies import copied
 from maglev.files.errors import StageError, one_of
 from maglev.user.reading import read_own
@@ -44,7 +44,7 @@ def know_stage(path: str | Path) -> StageDescription:
     known = STAGES.own.get(stage.name)
     if known is None or known.description != stage:
         require_free_name(file, stage.name)
-        texts = {place: text.encode("utf-8") for place, text in module_texts(stage).items()}
+        texts = {place: text.encode("utf-8") for place, text in page_texts(stage).items()}
         STAGES.add(OwnStage(stage, copied(texts, file.absolute().parent), file))
     return stage
 

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.descriptions.writer import PAGES, module
+from maglev.descriptions.writer import PAGES, written_page
 from maglev.fmi.documentation import block_section
 from maglev.fmi.mathml import typeset
 from pmlsm.stage_description import StageDescription, StageMotor
@@ -46,7 +46,7 @@ def value(tex: str, stage: StageDescription) -> float:
 
 @STAGES
 def test_the_equations_are_those_of_the_parts(stage: StageDescription) -> None:
-    vertical, *horizontal = re.findall(r"\\\[(.+)\\\]", module(STAGE, stage))
+    vertical, *horizontal = re.findall(r"\\\[(.+)\\\]", written_page(STAGE, stage))
     attraction, coils, iron = (constant.plant for constant in stage.constants[-3:])
     i = {name: current for name, (_, current) in currents(stage).items()}
     direct = sum(current for name, current in i.items() if name.endswith("d"))
@@ -64,13 +64,13 @@ def test_the_equations_are_those_of_the_parts(stage: StageDescription) -> None:
 @STAGES
 @pytest.mark.parametrize("path", PAGES)
 def test_pages_are_well_formed_with_every_equation_typeset(stage: StageDescription, path: str) -> None:
-    page = typeset(module(path, stage))
+    page = typeset(written_page(path, stage))
     assert "\\" not in page and "()" not in page and "  " not in page.replace("\n", " ")
     ElementTree.fromstring(f"<body>{page}</body>")
 
 
 def test_equal_currents_of_the_motors_of_an_axis() -> None:
-    page = module(LINEARISATION, UNEVEN)
+    page = written_page(LINEARISATION, UNEVEN)
     assert r"\[i_{q,\mathrm{left}} = i_{q,\mathrm{right2}} = -\frac{v_x}{6 C_1 f_1}" in page
     assert r"(2 i_{q,\mathrm{left}}^2 + i_{q\alpha}^2 + 3 i_d^2) + 9 C_4 f_3 i_d - 9 C_3 f_2 = v_y" in page
 

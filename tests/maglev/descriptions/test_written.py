@@ -17,9 +17,9 @@ from maglev.descriptions.template_text import LONGEST
 from maglev.descriptions.writer import (
     PAGES,
     environment,
-    module_template,
-    module_texts,
+    page_texts,
     paths,
+    template,
     written_class,
 )
 from pmlsm.stage_description import StageDescription, StageMotor
@@ -37,7 +37,7 @@ def crowded(stage: StageDescription) -> StageDescription:
 
 @pytest.mark.parametrize("name", PACKAGED_STAGES)
 def test_modules_are_as_written(name: str) -> None:
-    different = {path for path, text in module_texts(read_stage(PACKAGED / f"{name}.toml")).items()
+    different = {path for path, text in page_texts(read_stage(PACKAGED / f"{name}.toml")).items()
                  if (ROOT / path).read_text(encoding="utf-8") != text}
     assert not different, "run make generate"
 
@@ -56,7 +56,7 @@ def test_no_module_of_a_stage_is_left_over(path: str) -> None:
 
 
 def test_no_template_is_left_over() -> None:
-    used = {module_template(path, tilting) for path in PAGES for tilting in (False, True)}
+    used = {template(path, tilting) for path in PAGES for tilting in (False, True)}
     used |= {f"new/{what}.j2" for what in (
         "controller.py", "controller_tilting.py", "plant.py", "plant_tilting.py", "stage.toml", "scenario.toml",
         "study.toml", "tuning.toml", *(f"repository/{name}" for name in REPOSITORY))}
