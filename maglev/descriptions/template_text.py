@@ -1,4 +1,4 @@
-"""Text of templates: terms, units, and Python with lines within their length."""
+"""Text of templates: terms, and Python with lines within their length."""
 
 import re
 from collections.abc import Iterable, Sequence

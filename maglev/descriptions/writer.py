@@ -35,10 +35,10 @@ def environment() -> "Environment":
     return made
 
 
-def render(name: str, stage: StageDescription, **more: Any) -> str:
+def render(path: str, stage: StageDescription, **more: Any) -> str:
     """Text by a template; in the equations of a page, the names are in TeX."""
-    in_tex = name.endswith(".html.j2")
-    return environment().get_template(name).render(template_values(stage) | (tex.tex(stage) if in_tex else {}) | more)
+    in_tex = path.endswith(".html.j2")
+    return environment().get_template(path).render(template_values(stage) | (tex.tex(stage) if in_tex else {}) | more)
 
 
 def template_values(stage: StageDescription) -> dict[str, Any]:

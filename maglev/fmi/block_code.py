@@ -51,7 +51,8 @@ def block_code(definition: FmuDefinition, careful: Collection[str],
     Untranslatable, with file and line, if the block is not of the language. `careful` are
     packages whose code looks before it divides, `reserved` names of the C around it.
     """
-    text = block_text(definition.new_block(), definition.continuous is not None, careful=careful, reserved=reserved)
+    text = block_text(definition.new_block(), definition.continuous is not None, careful=careful, reserved=reserved,
+                      settable=[v.place for v in definition.native_variables])
     functions = "\n".join(wrapper(definition, name, function) for name, function in text.methods.items())
     return BlockCode(filled(TEMPLATES / BLOCK, {
         "NAME": definition.name, "STRUCT": text.struct, "STRUCTS": text.structs, "FUNCTIONS": text.functions,

@@ -97,7 +97,8 @@ def freestanding(definition: FmuDefinition, careful: Collection[str], maker: str
 
 def code_of(definition: FmuDefinition, careful: Collection[str]) -> BlockText:
     """The block as C, with names that a program can have next to others."""
-    text = block_text(definition.new_block(), prefix=f"{definition.name}_", careful=careful)
+    text = block_text(definition.new_block(), prefix=f"{definition.name}_", careful=careful,
+                      settable=[v.place for v in definition.native_variables])
     if wanted := text.library - KNOWN:
         raise ExportError(f"{definition.name}: calls {' and '.join(sorted(wanted))}, which a processor without a "
                           "mathematical library does not have, expected functions of pmlsm, such as "

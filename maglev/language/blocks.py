@@ -5,8 +5,9 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from maglev.language.c_text import CText
+from maglev.language.constants import constant_attributes
 from maglev.language.derivative import Derivatives
-from maglev.language.program import FLOAT, Function, Site, Type, ends
+from maglev.language.program import FLOAT, Function, Site, Type, ends, functions_of
 from maglev.language.python_text import executable
 from maglev.language.statements import Program
 
@@ -30,10 +31,11 @@ class BlockText(NamedTuple):
 
 
 def block_text(block: Any, continuous: bool = False, prefix: str = "", careful: Collection[str] = (),
-               reserved: Collection[str] = ()) -> BlockText:
+               reserved: Collection[str] = (), settable: Collection[str] | None = None) -> BlockText:
     """The C of a block with `start` and `step`, and of a continuous one with `derive`, `settle` and derivatives.
 
-    Struct names begin with `prefix`. For `careful`, `reserved` and the errors see `Program`.
+    Struct names begin with `prefix`. With the paths of all that is assigned from outside, `settable`, other whole
+    numbers and Booleans that no method assigns are constants. For `careful`, `reserved` and the errors see `Program`.
     """
     program = Program(block, careful, reserved, prefix)
     methods = {name: program.method(name, types)
@@ -41,7 +43,9 @@ def block_text(block: Any, continuous: bool = False, prefix: str = "", careful: 
     if continuous:
         derivatives = Derivatives(rules(program))
         methods |= {name: derivatives.of(program.method(method, ())) for name, method in DIFFERENTIATED.items()}
-    text = CText(program.layout, list(methods.values()))
+    constants = {} if settable is None else constant_attributes(
+        program.layout, block, functions_of(list(methods.values())), settable)
+    text = CText(program.layout, list(methods.values()), constants)
     return BlockText(program.layout.root.name, text.structs(), text.functions_text(), text.initial(block, "INITIAL"),
                      methods, tuple(program.sites), frozenset(text.library), ends(text.functions))
 

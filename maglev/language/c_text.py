@@ -5,11 +5,12 @@ user's text gets into it but identifiers, and these only as identifiers.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import isinf, isnan
 from typing import Any
 
-from maglev.language.helpers import CHECKED, EXTREMES, HELPERS, NEEDS
+from maglev.language.constants import Place
+from maglev.language.helpers import CHECKED, EXTREMES, HELPERS
 from maglev.language.layout import LARGEST, Layout
 from maglev.language.names import identifier
 from maglev.language.program import (
@@ -92,10 +93,11 @@ def of_numbers(kind: Type) -> bool:
 
 
 class CText:
-    """The C of functions, and of all that they call."""
+    """The C of functions, and of all that they call; attributes in `constants` are printed as their values."""
 
-    def __init__(self, layout: Layout, roots: Sequence[Function]):
+    def __init__(self, layout: Layout, roots: Sequence[Function], constants: Mapping[Place, Any] | None = None):
         self.layout = layout
+        self.constant_attributes = constants or {}
         self.functions = functions_of(list(roots))
         self.helpers: set[str] = set()
         self.library: set[str] = set()   # functions of <math.h>
@@ -120,13 +122,13 @@ class CText:
                        for each, name in self.lists.values())
 
     def helper_code(self) -> str:
-        wanted = {needed for name in self.helpers for needed in (name, *NEEDS.get(name, ()))}
+        wanted = set(self.helpers)
         if any("note_failure(" in HELPERS[name] for name in wanted):
             wanted.add("note_failure")
         return "\n".join(text for name, text in HELPERS.items() if name in wanted)
 
     def list_name(self, constant: ConstList) -> str:
-        text = f"{constant.type}{constant.values!r}"
+        text = f"{constant.name} {constant.type} {constant.values!r}"
         if text not in self.lists:
             self.lists[text] = constant, f"{identifier(constant.name)}__{len(self.lists) + 1}"
         return self.lists[text][1]
@@ -170,7 +172,7 @@ class FunctionText:
         function = self.function
         self.block(function.body, 1)
         body = "\n".join(self.lines)
-        used = set(re.findall(r"\w+", body))
+        used = set(re.findall(r"\w+", re.sub(r"/\*.*?\*/", "", body)))
         local = [f"    {referred(kind, identifier(name), isinstance(kind, List) and name not in function.changed)};"
                  for name, kind in function.locals.items() if identifier(name) in used]
         unread = [f"    (void){identifier(name)};" for name, _ in function.parameters if identifier(name) not in used]
@@ -289,6 +291,8 @@ class FunctionText:
                 return self.whole.list_name(value), ATOM
             case Local():
                 return identifier(value.name), ATOM
+            case Field() if (known := self.known(value)) is not None:
+                return self.bound(known)
             case Field(base=base, name=name):
                 if isinstance(base, Local):
                     return f"{identifier(base.name)}->{identifier(name)}", ATOM
@@ -297,8 +301,9 @@ class FunctionText:
                 return f"{self.expression(base, ATOM)}.{identifier(name)}", ATOM
             case Item(base=base, index=index, site=site):
                 text = self.expression(index)
-                if site is not None:
-                    assert isinstance(base.type, List)
+                number = self.known(index)
+                assert isinstance(base.type, List)
+                if site is not None and not (isinstance(number, Const) and 0 <= number.value < base.type.length):
                     text = self.helper("element", text, str(base.type.length), site.number)
                 return f"{self.expression(base, ATOM)}[{text}]", ATOM
             case Logic(name=name, operands=operands):
@@ -311,6 +316,16 @@ class FunctionText:
             case Call():
                 return self.call(value), ATOM
         return self.operation(value)
+
+    def known(self, value: Expr) -> Const | ConstList | None:
+        """The value of an attribute that never changes, None of any other expression."""
+        if not isinstance(value, Field) or not isinstance(value.base.type, Struct):
+            return None
+        found = self.whole.constant_attributes.get((value.base.type.name, value.name))
+        if found is None:
+            return None
+        return (ConstList(value.name, found, value.type) if isinstance(value.type, List) else
+                Const(found, value.type, value.name))
 
     def call(self, call: Call, outs: Sequence[str] = ()) -> str:
         arguments = [self.pointer(each) if isinstance(each.type, Struct) else self.expression(each, 1)

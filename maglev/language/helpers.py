@@ -114,14 +114,12 @@ static inline int64_t modulo(int64_t a, int64_t b, int64_t *failure, int64_t pla
     "shifted_left": """\
 static inline int64_t shifted_left(int64_t a, int64_t by, int64_t *failure, int64_t place)
 {
-    if (a == -1 && by == 63) {
-        return INT64_MIN;
-    }
-    if (by < 0 || (a != 0 && by > 62)) {
+    const int64_t shifted = by >= 0 && by < 64 ? (int64_t)((uint64_t)a << by) : 0;
+    if (by < 0 || (a != 0 && (by > 63 || shifted >> by != a))) {
         note_failure(failure, by < 0 ? place : place + 1);
         return 0;
     }
-    return a == 0 ? 0 : product(a, (int64_t)((uint64_t)1 << by), failure, place + 1);
+    return shifted;
 }
 """,
     "shifted_right": """\
@@ -203,7 +201,6 @@ static inline int64_t next_turn(int64_t k, int64_t step, int64_t stop)
     "smaller_whole": "static inline int64_t smaller_whole(int64_t a, int64_t b)\n{\n    return b < a ? b : a;\n}\n",
     "larger_whole": "static inline int64_t larger_whole(int64_t a, int64_t b)\n{\n    return b > a ? b : a;\n}\n",
 }
-NEEDS = {"shifted_left": ("product",)}
 CHECKED = {"+": "sum", "-": "difference", "*": "product", "//": "floor_quotient", "%": "modulo", "<<": "shifted_left",
            ">>": "shifted_right"}
 EXTREMES = {("min", FLOAT): "smaller", ("max", FLOAT): "larger", ("min", INT): "smaller_whole",

@@ -10,7 +10,7 @@ from typing import Any
 
 from maglev.language.c_text import constant_text, declared, filled
 from maglev.language.clone import Clone
-from maglev.language.helpers import HELPERS, NEEDS
+from maglev.language.helpers import HELPERS
 from maglev.language.lane_expressions import VECTORS
 from maglev.language.lane_statements import LaneStatements
 from maglev.language.lanes_helpers import BITS, FAILING, SURE, TOGETHER, TYPES, lane_helper
@@ -171,7 +171,6 @@ def helper_text(texts: Iterable[LanesText]) -> str:
         base = name.removeprefix("common_")
         if base in FAILING or base in SURE:
             single.add(base)
-    single |= {needed for name in single for needed in NEEDS.get(name, ())}
     if any("note_failure(" in HELPERS[name] for name in single):
         single.add("note_failure")
     if "whole" in lanes:

@@ -288,7 +288,7 @@ class Statements(Calls):
         if counter is not None and self.own_counter(node, counter.id):
             index = Local(counter.id, INT)
             self.types[counter.id] = INT
-            self.within.pop(counter.id, None)
+            self.within[counter.id] = range(length)
             self.known.add(counter.id)
         else:
             index = self.new_counter()

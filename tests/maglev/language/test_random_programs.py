@@ -15,9 +15,10 @@ from random_programs import CLASSES, Writer, run
 from written_blocks import load_module
 
 from maglev.language.c_text import CText
+from maglev.language.constants import constant_attributes
 from maglev.language.layout import Layout
 from maglev.language.names import identifier
-from maglev.language.program import FLOAT, List, Struct, Type, Untranslatable
+from maglev.language.program import FLOAT, List, Struct, Type, Untranslatable, functions_of
 from maglev.language.statements import Program
 
 STEPS = 4
@@ -59,9 +60,11 @@ def c_of(programs: dict[int, str], folder: Path) -> str:
     for number, written in programs.items():
         block = getattr(load_module(folder, written, f"program_{number}.py"), f"Block_{number}")()
         program = Program(block)
-        text = CText(program.layout, [program.method("step", (FLOAT,))])
-        step, = (each for each in text.functions if each.name == f"Block_{number}__step")
-        parts += [text.structs(), text.constants(), text.code, "static " + text.initial(block, f"INITIAL_{number}")]
+        step = program.method("step", (FLOAT,))
+        text = CText(program.layout, [step], constant_attributes(program.layout, block, functions_of([step]), ())
+                     if number % 2 else {})
+        own = re.sub(r"\b\w+__\d+\b", rf"\g<0>_of_{number}", text.constants() + text.code)   # constant lists
+        parts += [text.structs(), own, "static " + text.initial(block, f"INITIAL_{number}")]
         helpers |= text.helpers
         main += [f"    {{ struct Block_{number} block = INITIAL_{number};", f"      puts(\"program {number}\");",
                  f"      for (int k = 0; k < {STEPS}; ++k) {{", "        int64_t failure = 0;",
