@@ -14,6 +14,7 @@ def axis_of(stage: StageAxis) -> Axis:
     axis = Axis(stage.mass, stage.bias, friction.coulomb, friction.presliding, friction.viscous, stop.lower, stop.upper,
                 stage.start)
     axis.stop.stiffness, axis.stop.damping = stop.stiffness, stop.damping
+    axis.friction.variation, axis.friction.correlation = friction.variation, friction.correlation
     axis.ripple.amplitude, axis.ripple.period = stage.ripple.amplitude, stage.ripple.period
     axis.roughness.rms, axis.roughness.correlation = stage.roughness.rms, stage.roughness.correlation
     mode = axis.mode

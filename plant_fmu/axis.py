@@ -64,6 +64,7 @@ class Axis:
 
         Return False if the start is not between the stops.
         """
+        self.friction.start(seed, number)
         self.roughness.start(seed, number)
         self.position = self.position_start
         self.velocity = 0.0
@@ -126,7 +127,7 @@ class Axis:
             return   # at rest since the start: no slope
         velocity = self.velocity
         deflection = self.deflection
-        friction, deflection_rate = self.friction.slide(deflection, velocity)
+        friction, deflection_rate = self.friction.slide(self.position, deflection, velocity)
         external = self.force - friction
         if self.stop.side != 0:
             external += self.stop.force(self.position, velocity)

@@ -1,78 +1,25 @@
-"""Roughness of the guides of one axis: a random acceleration along its way, the same on every way. All assumed.
+"""Roughness of the guides of one axis: a random acceleration along its way. All assumed.
 
 The thesis names "bearing misalignment" (p. 61) and errors with "occasional peaks … at random intervals" (p. 59).
 """
 
-from pmlsm.normal_variate import normal_variate
-from pmlsm.random_words import SHARE, random_words
-from pmlsm.whole_numbers import rounded_down
+from plant_fmu.track import Track
 
-SPACING = 1.2                  # of the nodes, over the correlation length: the covariance is nearly Gaussian
-WEIGHT = 1.4443312345967556    # standard deviation of a weight for an rms of 1: the mean of Σ B² over a cell is 151/315
-FIRST_STREAM = 0x1000          # of the random words: measurements have those before it
-HALF_OF_WORDS = 0x80000000     # a node that no mover comes to: its word places all the others
-NOWHERE = 1.0e18               # a cell that no mover is in
-FURTHEST = 1.0e9               # nodes
+FIRST_STREAM = 0x1000   # of the random words: measurements have those before it
 
 
 class Roughness:
-    """Acceleration r(q) = σ Σ w_k B(q/Δ + u − k), fixed by a seed. Off where its rms σ is 0.
-
-    B is the cubic B-spline, scaled such that σ is the rms over all tracks. The nodes are Δ = 1.2 ℓ apart, with the
-    correlation length ℓ. The weights w_k are normal and independent, and 0 < u < 1 places the nodes. So r is Gaussian,
-    has two continuous derivatives, and its covariance is σ² exp(−d²/2ℓ²) within 0.01 σ². The cubic of the cell between
-    two nodes is kept until the mover leaves it.
-    """
+    """Acceleration r(q) = σ n(q) on a track n, fixed by a seed. Off where its rms σ is 0."""
 
     def __init__(self) -> None:
         self.rms = 0.0              # σ, m/s², parameter
         self.correlation = 2.0e-3   # ℓ, m, parameter
-        self.seed = 0               # of the tracks of all axes
-        self.stream = 0             # of the random words of this one
-        self.per_metre = 0.0        # 1/Δ
-        self.offset = 0.0           # u
-        self.cell = NOWHERE         # k of the node below the mover
-        self.value = 0.0            # cubic of that cell, in the way from its node
-        self.slope = 0.0
-        self.square = 0.0
-        self.cube = 0.0
+        self.track = Track()
 
     def start(self, seed: int, number: int) -> None:
         """Lay the track of a seed and of the number of an axis."""
-        self.seed = seed
-        self.stream = FIRST_STREAM + number
-        self.per_metre = 1.0 / (SPACING * self.correlation)
-        first, second = random_words(seed, self.stream, HALF_OF_WORDS)
-        self.offset = (first + 0.5) * SHARE
-        self.cell = NOWHERE
+        self.track.start(seed, FIRST_STREAM + number, self.correlation)
 
     def acceleration(self, position: float) -> float:
         """Acceleration (m/s²) at a position (m)."""
-        place = position * self.per_metre + self.offset
-        way = place - self.cell
-        if way < 0.0 or way >= 1.0:
-            self.enter(place)
-            way = place - self.cell
-        return self.rms * (((self.cube * way + self.square) * way + self.slope) * way + self.value)
-
-    def enter(self, place: float) -> None:
-        """Compute the cubic of the cell of a place, counted in nodes."""
-        if not -FURTHEST < place < FURTHEST:
-            return   # the mover has run away
-        node = int(rounded_down(place))
-        self.cell = float(node)
-        before, here, after, beyond = 0.0, 0.0, 0.0, 0.0
-        for k in range(-1, 3):
-            before = here
-            here = after
-            after = beyond
-            beyond = self.weight(node + k)
-        self.value = (before + 4.0 * here + after) / 6.0
-        self.slope = 0.5 * (after - before)
-        self.square = 0.5 * (before + after) - here
-        self.cube = (beyond - before + 3.0 * (here - after)) / 6.0
-
-    def weight(self, node: int) -> float:
-        """Weight w_k of a node."""
-        first, second = random_words(self.seed, self.stream, node)
-        return WEIGHT * normal_variate(first)
+        return self.rms * self.track.at(position)

@@ -42,7 +42,7 @@ class Stage:
         self.mover = TiltingMover(stage) if stage.rotations else LevelMover(stage)
         self.encoder = Encoder(stage.resolution)
         self.bus_voltage = 0.0                     # V, parameter: of the amplifiers' supply, 0 = any that is needed
-        self.roughness_seed = stage.roughness_seed   # parameter: a whole number
+        self.guide_seed = stage.guide_seed         # parameter: a whole number
         self.longest_step = stage.longest_step       # s, of an integration; docs/accuracy.md has the study behind it
         # Numbers of the axes that have an encoder, and of those that have stops; places of all in the description.
         self.measured = [k for k, axis in enumerate(described) if axis in stage.measured]
@@ -55,8 +55,8 @@ class Stage:
         """Place the mover at its start position; the status says which axis or motor is beyond a stop."""
         if not self.magnetics.prepare():
             return self.stops + NO_SUCH_MOTOR
-        seed = int(self.roughness_seed)
-        if seed != self.roughness_seed:
+        seed = int(self.guide_seed)
+        if seed != self.guide_seed:
             return self.stops + NO_SEED
         for axis, track in zip(self.axes, self.tracks, strict=True):
             axis.start(seed, track)

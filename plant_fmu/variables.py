@@ -83,6 +83,9 @@ def axis_variables(stage: StageDescription, of: StageAxis) -> tuple[tuple[Variab
         ("friction.coulomb", "N", "sliding friction of the guide; 0 = none", 0.0, 1e4, 1.0),
         ("friction.presliding", "m", "displacement over which friction builds up; 0 = no friction", 0.0, 1.0, 1e-3),
         ("friction.viscous", "N.s/m", "viscous friction of the guide", 0.0, 1e5, 1.0),
+        ("friction.variation", "", "standard deviation of the sliding friction along the guide, as a share of it; 0 = "
+                                   "the same everywhere", 0.0, 10.0, 0.1),
+        ("friction.correlation", "m", "correlation length of the sliding friction's variation", 1e-5, 1.0, 1e-3),
         ("ripple.amplitude", "m/s2", "amplitude of the ripple, of the guide or by the slots, at the nominal "
                                      f"{axis}.{inertia}; 0 = none", 0.0, 1e3, 0.1),
         ("ripple.period", "m", "period of the ripple; 0 = no ripple", 0.0, 1.0, 1e-3),
@@ -92,7 +95,7 @@ def axis_variables(stage: StageDescription, of: StageAxis) -> tuple[tuple[Variab
     parameters = (
         parameter(f"{axis}.{inertia}", unit("kg"), moved, stage.source(f"axes.{axis}.mass"), 1e-3, 1e6, 1.0),
         *(parameter(f"{axis}.{name}", unit(of_way), text, stage.source(f"axes.{axis}.{name}"), low, high, size,
-                    fixed=name == "roughness.correlation") for name, of_way, text, low, high, size in rows),
+                    fixed=name.endswith(".correlation")) for name, of_way, text, low, high, size in rows),
         *(stop_parameters(axis, stage.source(f"axes.{axis}.stop")) if of.stop is not None else ()),
         *mode_parameters(stage, of),
         parameter(start, unit("m"), f"initial {meaning}, at rest", "mid-range", -reach, reach, nominal, fixed=True),
@@ -174,8 +177,8 @@ def stage_variables(stage: StageDescription) -> tuple[Variable, ...]:
             *inputs, *outputs, at_stop, *constants,
             parameter("attraction_modulation", "", "modulation of the attraction along the slots; 0 = none",
                       stage.source("modulation"), 0.0, 1.0, 0.01),
-            parameter("roughness_seed", "", "seed of the roughness of the guides, a whole number: another one, other "
-                      "tracks", stage.source("roughness_seed"), 0.0, 4294967295.0, 1.0, fixed=True),
+            parameter("guide_seed", "", "seed of the guides' roughness and varying friction, a whole number: "
+                      "another one, other tracks", stage.source("guide_seed"), 0.0, 4294967295.0, 1.0, fixed=True),
             parameter("magnet_rise", "K", "temperature of the magnets above that at which the constants hold",
                       "assumed: none", -100.0, 200.0, 10.0),
             parameter("bus_voltage", "V", "voltage of the amplifiers' supply, which limits that of each phase; 0 = no "
@@ -200,7 +203,7 @@ def stage_refusals(stage: StageDescription) -> dict[int, str]:
         run_away: f"the mover has run away in the step from {{time}} s: {places}, expected {every} within {bounds}",
         step_too_long: "communication step = {step} s, expected at most 1000 s",
         no_motor: bad_geometry(stage),
-        no_seed: "roughness_seed = {roughness_seed}, expected a whole number"}
+        no_seed: "guide_seed = {guide_seed}, expected a whole number"}
 
 
 def stops(owner: str) -> str:

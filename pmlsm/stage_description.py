@@ -32,6 +32,8 @@ class Friction:
     coulomb: float = quantity("N", 0.0, 1e4, 0.0)
     presliding: float = quantity("m", 0.0, 1.0, 0.5e-3)
     viscous: float = quantity("N.s/m", 0.0, 1e5, 0.0)
+    variation: float = quantity("1", 0.0, 10.0, 0.0)
+    correlation: float = quantity("m", 1e-5, 1.0, 4.0e-3)
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ class StageAxis:
 
     def unit(self, of: str) -> str:
         """Unit of a quantity of this axis, by that of a translation."""
-        return ROTATION[of] if self.rotation else of
+        return ROTATION.get(of, of) if self.rotation else of
 
     @property
     def external(self) -> str:
@@ -247,7 +249,7 @@ class StageDescription:
     sharing: float = quantity("1", 1.0, 100.0, 1.0)            # motors that share each current
     resolution: float = quantity("m", 0.0, 1.0, 10.0e-6)       # of the encoders
     modulation: float = quantity("1", 0.0, 1.0, 0.0)           # k of the attraction along the slots
-    roughness_seed: float = quantity("1", 0.0, 4294967295.0, 1.0)   # of the guides' roughness, a whole number
+    guide_seed: float = quantity("1", 0.0, 4294967295.0, 1.0)   # of roughness and varying friction, whole
     # Of the magnets' faces against the centre of mass, downwards; counts where the platform tilts.
     height: float = quantity("m", -1.0, 1.0, 0.0)
     motor_stop: Stop | None = None   # on the motors' air gaps, where the platform tilts; otherwise the axes have stops

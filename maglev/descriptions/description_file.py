@@ -195,7 +195,7 @@ def of_names(stage: StageDescription) -> Misfits:
 
 def of_whole_numbers(stage: StageDescription) -> Misfits:
     """Numbers that count something."""
-    for key, value in (("sharing", stage.sharing), ("roughness_seed", stage.roughness_seed)):
+    for key, value in (("sharing", stage.sharing), ("guide_seed", stage.guide_seed)):
         if value != round(value):
             yield key, f"{value:g}, expected a whole number{' of motors' if key == 'sharing' else ''}"
 

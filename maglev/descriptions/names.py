@@ -15,7 +15,7 @@ HELD = "level"   # the tilt that guides hold, where there is one horizontal axis
 # Words with which variables of FMUs begin, next to axes and motors.
 VARIABLES = {
     "at_stop", "attraction_modulation", "bus_voltage", "encoder", "epsilon", "gamma", "geometry", "height",
-    "magnet_rise", "payload", "roughness_seed", "yaw_moment"}
+    "magnet_rise", "payload", "guide_seed", "yaw_moment"}
 OWN = re.compile(r"self\.(\w+)|^ *([\w, ]+) = |\bdef (\w+)|\bfor (\w+) in|^from \S+ import (.+)$", re.MULTILINE)
 
 

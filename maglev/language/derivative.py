@@ -55,7 +55,7 @@ TURNED = "sine_of_turns"
 PAIR = "sine_cosine"   # has two values, each the other's derivative except for a sign
 
 # Methods that store values constant along every direction, and so are called as they are.
-KEEPING = ("Roughness__enter",)
+KEEPING = ("Track__enter",)
 
 Dual = tuple[Expr, Expr | None]   # a number and its derivative, None where that is zero whatever the direction
 ZERO = Const(0.0, FLOAT)

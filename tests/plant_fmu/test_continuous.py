@@ -18,7 +18,7 @@ EVERYTHING = {
     "Plant2DOF": {
         "bus_voltage": 40.0, "magnet_rise": 30.0, "v.mode.frequency": 90.0, "h.mode.frequency": 60.0,
         "motor.winding.thermal_resistance": 2.0, "h.ripple.amplitude": 0.2, "motor.i_a_cmd": 1.1,
-        "h.roughness.rms": 0.3, "v.roughness.rms": 0.8, "roughness_seed": 7.0,
+        "h.roughness.rms": 0.3, "v.roughness.rms": 0.8, "guide_seed": 7.0, "h.friction.variation": 0.4,
         "motor.i_b_cmd": -0.2, "motor.i_c_cmd": -0.7},
     "Plant3DOF": {
         "bus_voltage": 40.0, "magnet_rise": 30.0, **{f"{axis}.mode.frequency": 60.0 for axis in "yxz"},
@@ -28,7 +28,7 @@ EVERYTHING = {
     "Plant5DOF": {
         "bus_voltage": 60.0, "magnet_rise": -20.0, "payload.mass": 1.0, "payload.x": 0.1, "payload.z": -0.05,
         "roll.guide.stiffness": 200.0, "roll.torque": 0.1, "height": -0.04, "alpha1.x": 0.02, "alpha2.x": 0.03,
-        "x.roughness.rms": 0.2, "y.roughness.rms": 0.1,
+        "x.roughness.rms": 0.2, "y.roughness.rms": 0.1, "x.friction.variation": 0.4,
         "beta1.z": 0.02, "beta2.z": -0.01, "alpha1.i_a_cmd": 1.0, "beta2.i_b_cmd": -1.5,
         **{f"{axis}.mode.frequency": 80.0 for axis in ("y", "x", "z", "roll", "pitch")},
         **{f"{motor}.winding.thermal_resistance": 1.0 for motor in ("alpha1", "alpha2", "beta1", "beta2")}}}

@@ -92,8 +92,8 @@ def slide(friction: GuideFriction, velocities: np.ndarray, dt: float) -> np.ndar
     """Deflection along a path, in small steps."""
     w, path = 0.0, []
     for v in velocities:
-        middle = w + 0.5 * dt * friction.slide(w, v)[1]
-        w += dt * friction.slide(middle, v)[1]
+        middle = w + 0.5 * dt * friction.slide(0.0, w, v)[1]
+        w += dt * friction.slide(0.0, middle, v)[1]
         path.append(w)
     return np.array(path)
 
@@ -103,8 +103,8 @@ def test_sliding_friction() -> None:
     path = slide(friction, np.full(20_000, 0.05), 1e-6)
     # Dahl: w = 1 − exp(−x/δ), so that its stiffness at rest is Fc/δ.
     assert path == pytest.approx(1.0 - np.exp(-0.05e-6 * np.arange(1, 20_001) / 0.3e-3), abs=1e-6)
-    assert friction.slide(path[-1], 0.05)[0] == pytest.approx(4.0, rel=0.05)
-    assert GuideFriction(4.0, 0.3e-3, 2.0).slide(-1.0, -3.0)[0] == -10.0
+    assert friction.slide(0.0, path[-1], 0.05)[0] == pytest.approx(4.0, rel=0.05)
+    assert GuideFriction(4.0, 0.3e-3, 2.0).slide(0.0, -1.0, -3.0)[0] == -10.0
 
 
 def test_friction_dissipates() -> None:
@@ -119,7 +119,7 @@ def test_friction_dissipates() -> None:
 
 @pytest.mark.parametrize(("coulomb", "presliding"), [(0.0, 1e-3), (4.0, 0.0)])
 def test_friction_off(coulomb: float, presliding: float) -> None:
-    assert GuideFriction(coulomb, presliding, 0.0).slide(0.0, 1.0)[1] == 0.0
+    assert GuideFriction(coulomb, presliding, 0.0).slide(0.0, 0.0, 1.0)[1] == 0.0
 
 
 def test_ripple() -> None:

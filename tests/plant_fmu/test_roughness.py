@@ -10,8 +10,9 @@ from named_stage import Stage2DOF, Stage3DOF
 from scipy.interpolate import BSpline
 from scipy.stats import kstest, kurtosis, norm
 
-from plant_fmu.roughness import FIRST_STREAM, HALF_OF_WORDS, SPACING, Roughness
+from plant_fmu.roughness import FIRST_STREAM, Roughness
 from plant_fmu.stage import NO_SEED
+from plant_fmu.track import HALF_OF_WORDS, SPACING
 from pmlsm.random_words import random_words
 
 LENGTH = 2e-3   # m
@@ -83,7 +84,7 @@ def test_a_track_is_the_spline_of_its_words(seed: int, number: int, length: floa
 def test_tracks_are_smooth() -> None:
     """Two continuous derivatives: over a border of cells the second difference does not jump, the third does."""
     found, h = track(), 1e-6
-    border = (3.0 - found.offset) / found.per_metre
+    border = (3.0 - found.track.offset) / found.track.per_metre
     places = border + h * np.arange(-6, 7)
     second = np.diff(values(found, places), 2) / h ** 2
     curvature = np.abs(np.diff(values(found, 0.05 + 1e-5 * np.arange(2000)), 2)).max() / 1e-10
@@ -114,7 +115,7 @@ def test_a_mover_that_has_run_away_raises_nothing(place: float) -> None:
 
 def test_a_seed_is_a_whole_number() -> None:
     stage = Stage3DOF()
-    stage.roughness_seed = 1.5
+    stage.guide_seed = 1.5
     assert stage.start() == stage.stops + NO_SEED
 
 
@@ -123,7 +124,7 @@ def test_a_stage_that_is_off_moves_as_one_without() -> None:
     ends = []
     for seed in (1.0, 9.0):
         stage = Stage2DOF()
-        stage.roughness_seed = seed
+        stage.guide_seed = seed
         assert stage.start() == 0
         for k in range(100):
             stage.step(k * 0.5e-3, 0.5e-3)
@@ -135,7 +136,7 @@ def test_a_stage_that_is_off_moves_as_one_without() -> None:
 def test_roughness_is_a_conservative_force(axis: str, payload: float) -> None:
     """m v²/2 is the work of the force m0 r(q) from the start on, there and back."""
     stage = Stage3DOF()
-    stage.roughness_seed = 5.0
+    stage.guide_seed = 5.0
     for name in ("y", "x", "z"):
         each = getattr(stage, name)
         each.friction.coulomb = each.friction.viscous = each.bias = each.ripple.amplitude = 0.0

@@ -23,9 +23,9 @@ BUILD = ("import sys; from pathlib import Path; from maglev.scenario.catalogue i
          "from maglev.descriptions.own_fmus import DEFINITIONS; build(DEFINITIONS, Path(sys.argv[1]))")
 
 # Without a unit.
-RATIOS = ("attraction_modulation", "gamma", "seed", "roughness_seed", "convergence.tolerance", "adaptation.range",
+RATIOS = ("attraction_modulation", "gamma", "seed", "guide_seed", "convergence.tolerance", "adaptation.range",
           "geometry.recoil_permeability")
-OF_MODES = (".mode.damping", ".mode.mass_share", ".mode.encoder_share")
+OF_AXES = (".mode.damping", ".mode.mass_share", ".mode.encoder_share", ".friction.variation")
 
 
 @pytest.mark.few(8)
@@ -57,7 +57,7 @@ def test_description_is_complete(fmus: Path, name: str) -> None:
         if v.type == "Real":
             assert v.nominal is not None, v.name
             own = v.name.removeprefix("plant.").removeprefix("controller.")
-            assert v.unit in units or own in RATIOS or own.endswith((".lost", *OF_MODES)), v.name
+            assert v.unit in units or own in RATIOS or own.endswith((".lost", *OF_AXES)), v.name
             if v.causality != "output":
                 assert float(v.min) <= float(v.start) <= float(v.max), v.name
     controller = not name.startswith("Plant")

@@ -7,8 +7,9 @@ from maglev.descriptions.own_fmus import DEFINITIONS, definition
 STAGES = {"2DOF": (("v", "h"), ("motor",), 4), "3DOF": (("y", "x", "z"), ("alpha", "beta"), 5)}
 # With those that have other ports: a platform that tilts, whose gap and tilts are measured at its motors.
 CONTROLLED = {**STAGES, "5DOF": (("y", "x", "z", "roll", "pitch"), ("alpha1", "alpha2", "beta1", "beta2"), 5)}
-PLANT_AXIS = ("mass", "bias", "friction.coulomb", "friction.presliding", "friction.viscous", "stop.lower",
-              "stop.upper", "stop.stiffness", "stop.damping", "ripple.amplitude", "ripple.period",
+PLANT_AXIS = ("mass", "bias", "friction.coulomb", "friction.presliding", "friction.viscous",
+              "friction.variation", "friction.correlation", "stop.lower", "stop.upper", "stop.stiffness",
+              "stop.damping", "ripple.amplitude", "ripple.period",
               "roughness.rms", "roughness.correlation",
               "position_start", "locked", "mode.frequency", "mode.damping", "mode.mass_share", "mode.encoder_share")
 SUPPLIED = ("i_a", "i_b", "i_c", "i_d", "i_q", "voltage", "winding.rise", "saturated")
@@ -57,7 +58,7 @@ def test_plant_ports(stage: str) -> None:
     assert ports(name, "output") == (each(axes, "encoder", "position", "velocity") | {"at_stop"}
                                      | each(motors, *SUPPLIED))
     assert ports(name, "parameter") == (
-        {f"C{i}" for i in range(1, constants + 1)} | {"attraction_modulation", "roughness_seed", "encoder.resolution"}
+        {f"C{i}" for i in range(1, constants + 1)} | {"attraction_modulation", "guide_seed", "encoder.resolution"}
         | each(axes, *PLANT_AXIS)
         | supplies(motors))
 
@@ -71,7 +72,7 @@ def test_ports_of_a_stage_that_tilts() -> None:
         | each(motors, "gap", "gap_encoder", *SUPPLIED))
     of_stops = ("stop.lower", "stop.upper", "stop.stiffness", "stop.damping")
     assert ports(name, "parameter") == (
-        {f"C{i}" for i in range(1, 6)} | {"attraction_modulation", "roughness_seed", "encoder.resolution", "height"}
+        {f"C{i}" for i in range(1, 6)} | {"attraction_modulation", "guide_seed", "encoder.resolution", "height"}
         | each(("payload",), "mass", "x", "z") | each(axes[3:], "inertia", "guide.stiffness", "guide.play")
         | each(axes[:3], "mass") | each(axes, *(set(PLANT_AXIS) - {"mass", *of_stops})) | each(("x", "z"), *of_stops)
         | each(motors, "x", "z", *of_stops)

@@ -62,7 +62,8 @@ def test_a_run_has_the_bits_of_the_native_fmus(wasm_fmus: Path, native_fmus: Pat
     """Also on rough guides, whose tracks are the same."""
     plan = load_plan(name).model_copy(update={"stop_time": 1.2})
     if rough:
-        plan.fmus["plant"].start.update({f"{axis}.roughness.rms": read_start_value(0.1) for axis in plan.axes})
+        plan.fmus["plant"].start.update({f"{axis}.{name}": read_start_value(0.1) for axis in plan.axes
+                                         for name in ("roughness.rms", "friction.variation")})
     files = {part: native_fmus / f"{fmu.model}.fmu" for part, fmu in plan.fmus.items()}
     experiment = Experiment(plan, files, plan.step)
     there = experiment.run(None).columns

@@ -136,9 +136,9 @@ def test_the_effects_are_those_of_the_plant() -> None:
     t = np.linspace(0.0, 1.2, 6001)   # to and fro
     x, v = 0.02 * np.sin(pi * t) + 0.004 * np.sin(7.0 * t), 0.02 * pi * np.cos(pi * t) + 0.028 * np.cos(7.0 * t)
     guide = GuideFriction(axis.friction.coulomb, axis.friction.presliding, axis.friction.viscous)
-    solved = solve_ivp(lambda time, w: guide.slide(w[0], np.interp(time, t, v))[1], (0.0, t[-1]), [0.0],
+    solved = solve_ivp(lambda time, w: guide.slide(0.0, w[0], np.interp(time, t, v))[1], (0.0, t[-1]), [0.0],
                        t_eval=t, max_step=2e-4, rtol=1e-8, atol=1e-10)
-    expected = [-guide.slide(w, rate)[0] / axis.mass for w, rate in zip(solved.y[0], v, strict=True)]
+    expected = [-guide.slide(0.0, w, rate)[0] / axis.mass for w, rate in zip(solved.y[0], v, strict=True)]
     assert friction(axis, x, v) == pytest.approx(np.array(expected), abs=2e-3 * np.ptp(expected))
     wavy = replace(axis, ripple=replace(axis.ripple, amplitude=0.3, period=0.01))
     part = Ripple(0.3, 0.01)

@@ -22,13 +22,13 @@ PUSH = mp.mpf("1e-18")   # along the direction: its square, and 1e-50 over it, a
 Calls = Sequence[tuple[str, tuple[float, ...]]]
 
 # Where there is a kink: numbers that stand for nothing else, and gains that are computed if they are left as they are.
-KINKS = ("roughness_seed", "kp", "ki", "kd")
+KINKS = ("guide_seed", "kp", "ki", "kd")
 
 # Parameters that switch on what is off, of every FMU that has them.
 SWITCHED_ON = {
     "bus_voltage": 60.0, "magnet_rise": 20.0, "payload.mass": 1.0, "payload.x": 0.05, "roll.guide.stiffness": 200.0,
     "mode.frequency": 60.0, "winding.thermal_resistance": 1.0, "ripple.amplitude": 0.2, "roughness.rms": 0.2,
-    "encoder.resolution": 1.03e-5}
+    "friction.variation": 0.3,    "encoder.resolution": 1.03e-5}
 
 LOOPS = [name for name in STAGES.definitions() if name.startswith("ClosedLoop")]
 PLANTS = [name for name in STAGES.definitions() if name.startswith("Plant")]
