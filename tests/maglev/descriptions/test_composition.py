@@ -112,7 +112,7 @@ def test_steps_of_changing_numbers_of_samples(load: Load) -> None:
      "with controller.sample_time = 0.0005 s")])
 def test_start_values_that_are_refused(load: Load, name: str, start: dict[str, float], expected: str) -> None:
     loop = load(name)
-    if any(map(math.isnan, start.values())):   # when it is set
+    if "expected a number from" in expected:   # when it is set
         assert expected in refusal(loop, lambda: put(loop, start))
         return
     put(loop, start)
