@@ -73,7 +73,7 @@ def problems(text: str, suffix: str) -> Iterator[tuple[str, str]]:
 
 def page_texts(text: str) -> Iterator[Text]:
     """Paragraphs, items of lists and cells of tables of a page, without headings, code and generated parts."""
-    text = re.sub(r"<!-- (\S+):? .*?<!-- end of \1 -->|^```.*?^```|\$\$.*?\$\$", lambda cut: "\n" * cut[0].count("\n"),
+    text = re.sub(r"<!-- ([\w -]+?)(?::.*?)? -->.*?<!-- end of \1 -->|^```.*?^```|\$\$.*?\$\$", lambda cut: "\n" * cut[0].count("\n"),
                   text, flags=re.DOTALL | re.MULTILINE)
     number, lines = 1, list[str]()
     for n, line in enumerate([*text.splitlines(), ""], 1):
