@@ -35,6 +35,8 @@ PHRASES = {
 }
 ON_PAGES = {"two semicolons": re.compile(r";.*;")}
 ONE_WORD = re.compile(r"``[^`]+``|`[^`]+`|\$[^$]+\$|\\\(.*?\\\)|“[^”]*”|\"[^\"]*\"|https?://\S+", re.DOTALL)
+NO_PROSE = re.compile(r"<!-- ([\w -]+?)(?::.*?)? -->.*?<!-- end of \1 -->|^```.*?^```|\$\$.*?\$\$",
+                      re.DOTALL | re.MULTILINE)   # generated parts, code, equations
 SENTENCE_END = re.compile(r"(?<!\bp\.)(?<!\bpp\.)(?<!\bFig\.)(?<!\bFigs\.)(?<=[.!?])\s+")
 
 
@@ -73,8 +75,7 @@ def problems(text: str, suffix: str) -> Iterator[tuple[str, str]]:
 
 def page_texts(text: str) -> Iterator[Text]:
     """Paragraphs, items of lists and cells of tables of a page, without headings, code and generated parts."""
-    text = re.sub(r"<!-- ([\w -]+?)(?::.*?)? -->.*?<!-- end of \1 -->|^```.*?^```|\$\$.*?\$\$", lambda cut: "\n" * cut[0].count("\n"),
-                  text, flags=re.DOTALL | re.MULTILINE)
+    text = NO_PROSE.sub(lambda cut: "\n" * cut[0].count("\n"), text)
     number, lines = 1, list[str]()
     for n, line in enumerate([*text.splitlines(), ""], 1):
         if not line.strip() or line.startswith(("    ", "|", "#", "<")) or re.match(r"\s*([-*]|\d+\.) ", line):
