@@ -18,6 +18,7 @@ class LevelMover:
     def __init__(self, stage: StageDescription):
         self.alike = not stage.unlike   # true if all motors are of one kind
         self.accelerations = [0.0 for _ in stage.axes]   # m/s², by axis
+        self.displacements = [0.0 for _ in stage.axes]   # m, of the motors that drive an axis, by axis
         self.driven = list(range(1, len(stage.axes)))    # numbers of the horizontal axes
         self.mounts: list[MotorMount] = []             # no motor has an air gap of its own
 
@@ -101,10 +102,6 @@ class LevelMover:
                 ratio.thrust * sharing * axis.nominal_mass * magnetics.thrust[motor.axis - 1] * strength * f1,
                 ratio.coils * coils * f3, ratio.iron * iron * f4)
 
-    def displacement(self, axes: list[Axis], axis: int) -> float:
-        """Displacement (m) of the motors that drive an axis: its position."""
-        return axes[axis].position
-
     def begin(self, axes: list[Axis]) -> None:
         """Begin an integration step: there is nothing to do, nor in most methods below; see `TiltingMover`."""
 
@@ -112,7 +109,9 @@ class LevelMover:
         """Begin to compute rates."""
 
     def place(self, axes: list[Axis]) -> None:
-        """Put the motors somewhere."""
+        """Put the motors where the mover has them."""
+        for k in self.driven:
+            self.displacements[k] = axes[k].position
 
     def deliver(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> None:
         """Set the outputs at the end of a communication step."""

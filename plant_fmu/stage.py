@@ -123,7 +123,7 @@ class Stage:
         kinds = self.magnetics.kinds
         groups = self.magnetics.groups
         for group in groups:
-            group.angle.follow(kinds[group.kind].geometry, self.mover.displacement(self.axes, group.axis))
+            group.angle.follow(kinds[group.kind].geometry, self.mover.displacements[group.axis])
         for motor in self.motors:
             motor.turn(point, groups[motor.group].angle)
 
@@ -144,11 +144,12 @@ class Stage:
         magnetics = self.magnetics
         mover = self.mover
         bus = self.bus_voltage
+        self.place_motors()
         mover.resume(self.axes)
         for axis in self.axes:
             axis.resume()
         for group in magnetics.groups:
-            group.angle.turn(magnetics.kinds[group.kind].geometry, mover.displacement(self.axes, group.axis))
+            group.angle.turn(magnetics.kinds[group.kind].geometry, mover.displacements[group.axis])
         for motor in self.motors:
             motor.resume(magnetics.groups[motor.group].angle)
         if bus > 0.0:

@@ -42,10 +42,19 @@ class TiltingMover:
         both = len(stage.rotations) == 2
         self.tilt = [self.pitch, self.roll] if both else [self.roll]
         self.lever = [-1.0, 1.0] if both else [0.0]
+        self.displacements = [0.0 for _ in stage.axes]   # d, m, of the motors that drive an axis, by axis
         self.yaw_moment = 0.0   # N m, output: about y, of the motors; the guides hold it
 
     def push(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> None:
         """Compute the accelerations at the present point, and the forces of the motors."""
+        normal = self.add_forces(axes, motors, magnetics)
+        self.accelerations[0] = GRAVITY + normal / axes[0].present_mass
+        for k, thrust in enumerate(self.thrusts):
+            self.accelerations[k + 1] = thrust / axes[k + 1].present_mass
+        self.turn(axes)
+
+    def add_forces(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> float:
+        """Compute the forces of the motors at the present point; return the sum of their normal forces, N."""
         strength = magnet_strength(magnetics.magnet_rise)
         gap = axes[0]
         pull = gap.nominal_mass * magnetics.attraction * strength * strength   # N/T²
@@ -56,7 +65,7 @@ class TiltingMover:
         for group in groups:
             kind = kinds[group.kind]
             group.attraction = kind.ratio.attraction * pull * attraction_factor(
-                magnetics.modulation, self.displacement(axes, group.axis), kind.geometry.slot_pitch)
+                magnetics.modulation, self.displacements[group.axis], kind.geometry.slot_pitch)
         thrusts = self.thrusts
         for k in range(len(thrusts)):
             thrusts[k] = 0.0
@@ -72,10 +81,7 @@ class TiltingMover:
                        ratio.coils * coils, ratio.iron * iron)
             normal += mount.normal
             thrusts[along] += mount.thrust
-        self.accelerations[0] = GRAVITY + normal / gap.present_mass
-        for k, thrust in enumerate(thrusts):
-            self.accelerations[k + 1] = thrust / axes[k + 1].present_mass
-        self.turn(axes)
+        return normal
 
     def turn(self, axes: list[Axis]) -> None:
         """Compute the accelerations of the tilts by the forces of the motors."""
@@ -116,13 +122,9 @@ class TiltingMover:
             thrust = axis.nominal_mass * magnetics.thrust[motor.axis - 1] * strength   # N/A
             f1, f2, f3, f4 = gap_functions(geometry, mount.gap + ahead * mount.gap_rate)
             motor.induce(
-                geometry.electrical_angle(self.displacement(axes, motor.axis) + ahead * rate),
+                geometry.electrical_angle(self.displacements[motor.axis] + ahead * rate),
                 mount.gap_rate + ahead * mount.gap_change(gap, roll, pitch),
                 rate + ahead * change, ratio.thrust * thrust * f1, ratio.coils * coils * f3, ratio.iron * iron * f4)
-
-    def displacement(self, axes: list[Axis], axis: int) -> float:
-        """Displacement d (m) of the motors that drive an axis."""
-        return axes[axis].position + self.lever[axis - 1] * self.height * axes[self.tilt[axis - 1]].position
 
     def load(self, axes: list[Axis]) -> None:
         """Put the payload on the platform."""
@@ -142,7 +144,6 @@ class TiltingMover:
     def resume(self, axes: list[Axis]) -> None:
         """Begin to compute the rates at the present point of a continuous model."""
         self.load(axes)
-        self.place(axes)
         for mount in self.mounts:
             mount.resume()
 
@@ -153,10 +154,12 @@ class TiltingMover:
         pitch = axes[self.pitch]
         for mount in self.mounts:
             mount.place(gap, roll, pitch)
+        for k, lever in enumerate(self.lever):
+            self.displacements[k + 1] = axes[k + 1].position + lever * self.height * axes[self.tilt[k]].position
 
     def deliver(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> None:
         """Compute the forces that the yaw moment follows from, at the end of a communication step."""
-        self.push(axes, motors, magnetics)
+        self.add_forces(axes, motors, magnetics)
 
     def measure(self, axes: list[Axis], encoder: Encoder) -> None:
         """Set the outputs of the encoders of the air gaps, and the yaw moment."""

@@ -144,7 +144,7 @@ def test_forces_are_the_gradient_of_virtual_work(gap: float, way: tuple[float, f
         work = []
         for ahead in (1e-4, -1e-4):
             moved_to(stage, q + ahead * np.eye(5)[k])
-            work.append(sum(n * mount.gap + t * stage.mover.displacement(stage.axes, mount.axis)
+            work.append(sum(n * mount.gap + t * stage.mover.displacements[mount.axis]
                             for mount, (n, t) in zip(mounts, forces, strict=True)))
         weight = axis.mass * G if k == 0 else 0.0
         assert axis.mass * accelerations[k] == pytest.approx((work[0] - work[1]) / 2e-4 + weight, rel=1e-9, abs=1e-8)
@@ -161,7 +161,7 @@ def test_gaps_are_those_of_a_turned_platform(way: tuple[float, float], tilt: tup
         place = np.array([mount.x, stage.height, mount.z])
         shift = turn @ place - place
         assert mount.gap == pytest.approx(25e-3 + shift[1], abs=4e-6)
-        moved = stage.mover.displacement(stage.axes, mount.axis)
+        moved = stage.mover.displacements[mount.axis]
         assert moved == pytest.approx(way[along // 2] + shift[along], abs=0.25 * 1.5e-4)
 
 

@@ -94,7 +94,7 @@ def test_power_into_the_induced_voltage_is_that_of_the_forces(name: str) -> None
                 electrical = 0.0
                 for motor, (i_d, i_q) in zip(description.motor_names, currents, strict=True):
                     supply = getattr(stage, motor)
-                    place = stage.mover.displacement(stage.axes, supply.axis)
+                    place = stage.mover.displacements[supply.axis]
                     electrical += phases(i_d, i_q, place) @ [supply.e_a, supply.e_b, supply.e_c]
             powers.append(sum(axis.mass * axis.acceleration * axis.velocity for axis in axes))
         assert electrical == pytest.approx(powers[0] - powers[1], rel=1e-9)

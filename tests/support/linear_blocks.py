@@ -54,7 +54,7 @@ def plant_state(name: str, stage: Any, state: Sequence[float]) -> None:
     if name in TILTING:
         block = stage.block
         block.mover.place(block.axes)
-        places = [block.mover.displacement(block.axes, getattr(stage, motor).axis) for motor in motors]
+        places = [block.mover.displacements[getattr(stage, motor).axis] for motor in motors]
     else:
         places = [float(place) for place in state[1:n]]
     for k, part in enumerate(flexible(name, stage)):
