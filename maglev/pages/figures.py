@@ -20,6 +20,7 @@ from maglev.scenario.run_plan import Axis, RunPlan
 from maglev.scenario.toml_table import Seconds, Table
 
 EVERY = "*"
+COARSER = 10.0   # times as large a tolerance
 COLOURS = 7   # of runs
 
 # The main runs, those that are also shown as a moving picture.
@@ -224,15 +225,17 @@ def needed_columns(plan: RunPlan, kind: str, of: str) -> list[str]:
 
 def needed_tolerances(result: RunResult, shown: Iterable[Shown], kinds: Sequence[str],
                       moves: bool) -> dict[str, float]:
-    """Tolerances by name of the columns that panels of some kinds draw of a run, and, if it `moves`, the picture."""
+    """Tolerances by name of the columns that panels of some kinds draw of a run, and, if it `moves`, the picture.
+
+    What the picture alone has is COARSER: it has fewer px.
+    """
     plan = result.plan
-    panels = {panel for figure in shown if figure.has(plan.name) for panel in figure.panels}
-    if moves:
-        panels |= {Panel(kind, of) for kind in ("position", *panel_kinds("motor")) for of in shown_by(result, kind)}
+    drawn = {panel for figure in shown if figure.has(plan.name) for panel in figure.panels}
+    moving = {Panel(kind, of) for kind in ("position", "currents") for of in shown_by(result, kind)} if moves else set()
     tolerances = {}
-    for kind, of in sorted(panel for panel in panels if panel.kind in kinds):
+    for kind, of in sorted(panel for panel in drawn | moving if panel.kind in kinds):
         for name in needed_columns(plan, kind, of) if of in shown_by(result, kind) else ():
-            tolerances[name] = PANELS[kind].tolerance
+            tolerances[name] = PANELS[kind].tolerance * (1.0 if Panel(kind, of) in drawn else COARSER)
             if kind == "own":
                 tolerances[name] = tolerances[name] * float(np.nanmax(np.abs(result.columns[of]), initial=0.0)) or 1.0
     return tolerances
