@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from maglev.runs.execution import RunResult
-from maglev.runs.preparation import Experiment
+from maglev.runs.preparation import Experiment, with_unit
 from maglev.runs.procedure_outcome import Outcome
 from maglev.runs.procedures import evaluate_all, judge_procedure
 from maglev.runs.run_claims import judge_run
@@ -54,7 +54,8 @@ def without_friction(experiment: Experiment) -> Experiment:
     fmus = {name: fmu.model_copy(update={"start": {
         **fmu.start, **{full.partition(".")[2]: StartValue(0.0, None, 0) for full in friction
                         if full.partition(".")[0] == name}}}) for name, fmu in plan.fmus.items()}
-    changes = tuple(f"{full} = 0 instead of {value:g}" for full, value in friction.items())
+    units = experiment.units(friction)
+    changes = tuple(f"{full} = 0 instead of {with_unit(value, units[full])}" for full, value in friction.items())
     return replace(experiment, plan=plan.model_copy(update={"fmus": fmus, "title": f"{plan.title}, without friction"}),
                    changes=(*experiment.changes, *changes))
 

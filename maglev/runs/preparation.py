@@ -23,6 +23,7 @@ from maglev.files.arrays import Array
 from maglev.files.cache import Kept, digest_at
 from maglev.files.copies import copied, original
 from maglev.files.errors import ControllerError, FmuError, ScenarioError, few, option
+from maglev.files.fmi_units import typeset_unit
 from maglev.files.side_by_side import Progress
 from maglev.files.time_grid import whole_steps
 from maglev.files.units import refused_as
@@ -319,11 +320,20 @@ def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> I
         now, planned = experiment.plan.fmus[name].start[variable], plan.fmus[name].start.get(variable)
         before = known_start(name, experiment.files[name], variable) if planned is None else planned.given
         if before is None or not same_start(now.given, before) or variable in plan.fmus[name].start_from:
-            yield f"{full} = {now.written}" + ("" if before is None else f" instead of {before}")
+            unit = experiment.units([full])[full]
+            former = "" if before is None else f" instead of {with_unit(before, unit)}"
+            written = str(now.written) if now.unit or now.text else with_unit(now.value, unit, now.written)
+            yield f"{full} = {written}{former}"
     if experiment.step != plan.step:
         yield f"step = {experiment.step} s instead of {plan.step} s"
     if experiment.order != "sequential":
         yield f"order is {experiment.order}"
+
+
+def with_unit(value: float | str, unit: str, written: object = None) -> str:
+    """A start value, as it is written, with its unit if it is a number."""
+    text = str(value if written is None else written)
+    return f"{text} {typeset_unit(unit)}".rstrip() if type(value) in (int, float) else text
 
 
 def same_start(one: float | str, other: float | str) -> bool:

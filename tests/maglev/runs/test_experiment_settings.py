@@ -204,7 +204,7 @@ def test_a_parameter_set_of_the_whole_fmu(fmus: Path, tmp_path: Path) -> None:
     path = parameter_file(fmus / "Plant3DOF.fmu", tmp_path, y_mass=(7200.0, "g"), x_mass=(8.0, "kg"))
     experiment = made_ready({"fmus": fmus, "parameters": {"plant": path}, "set": {"plant.x.mass": 9.0}})
     found = experiment.provenance()
-    assert "plant.y.mass = 7200.0 g instead of 6.9" in found.changes
+    assert "plant.y.mass = 7200.0 g instead of 6.9 kg" in found.changes
     assert not any("C1" in change or "i_a_cmd" in change for change in found.changes)
     assert found.parameter_sets == {str(path): hashlib.sha256(path.read_bytes()).hexdigest()}
     assert experiment.notes[-1].endswith("plant.alpha.i_a_cmd, plant.alpha.i_b_cmd, plant.alpha.i_c_cmd and 3 others "

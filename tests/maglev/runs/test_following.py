@@ -131,7 +131,7 @@ def test_every_sample_of_a_study_follows(fastest_fmus: Path, tmp_path: Path) -> 
     assert np.ptp(without.to_xarray()["overshoot of v"].values) > 0.01
     asked = maglev.run(path, fmus=fastest_fmus, model="plant", set={"plant.v.mass": 5, "controller.C2": 800})
     assert asked.result.provenance is not None
-    assert "controller.C2 = 800 instead of 796.99" in asked.result.provenance.changes
+    assert "controller.C2 = 800 m/(s²·T²) instead of 796.99 m/(s²·T²)" in asked.result.provenance.changes
 
 
 @pytest.mark.parametrize(("settings", "controller", "message"), [

@@ -36,7 +36,7 @@ def test_only_what_differs_is_a_change(fmus: Path) -> None:
     assert changes(fmus, f"plant.y.mass={default!r}") == ()
     assert changes(fmus, "reference.y.amplitude=1") == ()
     assert changes(fmus, "reference.y.amplitude=0.5") == ("reference.y.amplitude = 0.5",)
-    assert changes(fmus, "plant.y.mass=8") == (f"plant.y.mass = 8 instead of {default}",)
+    assert changes(fmus, "plant.y.mass=8") == (f"plant.y.mass = 8 kg instead of {default} kg",)
     assert changes(fmus, "plant.y.position_start=26mm")[0].startswith("plant.y.position_start = 26mm instead of 0.0")
     assert changes(fmus, "controller.antiwindup=false")[0].startswith("controller.antiwindup = false instead of")
 
@@ -59,7 +59,7 @@ def test_a_modified_run_has_no_verdict_on_the_thesis(fastest_fmus: Path, tmp_pat
     assert {claim.verdict for claim in judged} <= {"modified run", "not testable"}
     assert any(claim.measured is not None for claim in judged)
     claims = (tmp_path / "claims.md").read_text()
-    assert "`3dof-pid-small-pid` is a modified run: plant.y.mass = 8 instead of" in claims
+    assert "`3dof-pid-small-pid` is a modified run: plant.y.mass = 8 kg instead of" in claims
     for verdict in ("| reproduced |", "not reproduced"):
         assert verdict not in claims
     text = (tmp_path / "3dof-pid-small-pid.txt").read_text()
@@ -67,7 +67,7 @@ def test_a_modified_run_has_no_verdict_on_the_thesis(fastest_fmus: Path, tmp_pat
     assert "modified: plant.y.mass = 8" in text
     data = json.loads((tmp_path / "3dof-pid-small-pid.json").read_text())
     assert data["provenance"]["modified"] is True
-    assert data["provenance"]["changes"][0].startswith("plant.y.mass = 8 instead of")
+    assert data["provenance"]["changes"][0].startswith("plant.y.mass = 8 kg instead of")
     assert data["metrics"]["failed"] is False
 
 

@@ -69,7 +69,7 @@ def test_parquet_says_units_and_provenance(fastest_fmus: Path, tmp_path: Path) -
     assert (units["controller.v.reference"], units["plant.at_stop"]) == ("m", "")
     about = json.loads(table.schema.metadata[b"maglev"])
     assert about["name"] == "2dof-smooth-nonlinear"
-    assert about["provenance"]["changes"] == ["plant.v.mass = 8.0 instead of 4.35"]
+    assert about["provenance"]["changes"] == ["plant.v.mass = 8.0 kg instead of 4.35 kg"]
     assert [fmu["model"] for fmu in about["provenance"]["fmus"]] == ["Regulator2DOF", "Plant2DOF"]
     assert table.column("plant.v.position").to_numpy().tobytes() == run["plant.v.position"].tobytes()
 
