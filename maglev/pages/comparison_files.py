@@ -26,6 +26,7 @@ from maglev.pages.report_page import (
     PIXELS,
     PLAYER,
     PLOT_SCRIPTS,
+    STYLE,
     TOOLS,
     command_line,
     file_links,
@@ -142,7 +143,7 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
     data["figures"] |= charts
     said = typeset(comparison_verdict(runs, summary(rows)))
     return shell.page(
-        "compare", f"{escape(name)}: runs side by side", said, read("style.css"),
+        "compare", f"{escape(name)}: runs side by side", said, STYLE,
         shell.read("comparison.html", FOLDER),
         name=escape(name), subject=escape(title), verdict=said,
         origins="\n".join(f"<li><strong>{escape(label)}</strong>: {escape(origin(run.provenance))}"

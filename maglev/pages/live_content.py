@@ -126,14 +126,14 @@ def module_data(fmus: Path, name: str, again: str) -> dict[str, Any]:
     if old := stale(name, path.with_suffix(".wasm")):
         raise FmuError(old)
     description = read_description(name, path)
+    assert all(variable.valueReference == k for k, variable in enumerate(description.modelVariables))   # as pages count
     return {"name": name, "guid": description.guid, "variables": [*map(variable_data, description.modelVariables)]}
 
 
 def variable_data(variable: ScalarVariable) -> dict[str, Any]:
     """Return the page's data of a variable; outputs have only names."""
     boolean = variable.type == "Boolean"
-    data = {"name": variable.name, "reference": variable.valueReference, "causality": variable.causality,
-            "boolean": boolean}
+    data = {"name": variable.name, "causality": variable.causality, "boolean": boolean}
     if variable.causality == "output":
         return data
     start: float | bool = variable.start == "true" if boolean else float(variable.start)

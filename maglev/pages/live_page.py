@@ -27,9 +27,11 @@ SCRIPTS = ("state.js", "history.js", "plots.js", "forces.js", "controls.js", "st
            "beat.js", "stories.js", "own.js", "messages.js", "main.js", "picture.js", "panel.js", "hands.js",
            "start.js")
 read = partial(shell.read, folder=FOLDER)
+of_report = partial(shell.read, folder=FOLDER.with_name("report"))
+PLOTS = ("plots/plot.js", "plots/plot_hands.js")   # of the report
 ABOUT = "A platform that magnets hold in the air: drag it, drop a weight on it, write a controller that does better."
 POLICY = ("script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; "
-          "img-src data:")
+          "img-src data: blob:")
 
 
 def write_live(out: str | Path = "results", *, files: str | Path | Iterable[str | Path] = (),
@@ -88,15 +90,21 @@ def live_page(fmus: Path, plans: Iterable[RunPlan], elsewhere: Mapping[str, Iter
     data = page_data(fmus, plans)
     modules = {name: shell.packed_text((fmus / f"{name}.wasm").read_bytes()) for name in data["fmus"]}
     return shell.page(
-        "live", "Maglev stage, live", ABOUT, read("style.css"), read("page.html"), POLICY,
+        "live", "Maglev stage, live", ABOUT, of_report("plots/plots.css") + read("style.css"), read("page.html"),
+        POLICY,
         version=version("maglev-fmus"),
         elsewhere=reasons(elsewhere or {}),
         modules="\n".join(f'<script type="text/plain" id="fmu-{name}">{text}</script>'
                           for name, text in modules.items()),
         data=shell.packed_text(json.dumps(data, allow_nan=False, separators=(",", ":")).encode("utf-8")),
         editor=shell.packed_text(b"/*\n%s*/\n%s" % (EDITOR.with_name("LICENSE").read_bytes(), EDITOR.read_bytes())),
-        worker="\n".join((parts_text([WAVES]), *map(read, WORKER))),
-        scripts=shell.scripts(shell.scene(), *map(read, SCRIPTS)))
+        worker=shell.packed_text(worker_text().encode("utf-8")),
+        scripts=shell.scripts(shell.scene(), *map(of_report, PLOTS), *map(read, SCRIPTS)))
+
+
+def worker_text() -> str:
+    """The script of the thread that runs."""
+    return shell.COMMENT.sub("", "\n".join((parts_text([WAVES]), *map(read, WORKER))))
 
 
 def reasons(elsewhere: Mapping[str, Iterable[str]]) -> str:

@@ -33,6 +33,7 @@ from maglev.scenario.options import Format
 read = partial(shell.read, folder=Path(__file__).with_name("report"))
 # Heights: of a panel, of the buttons above, of its times, which one panel has, of the names of events above the first.
 PIXELS, TOOLS, TIMES, EVENTS = 204, 40, 28, 14
+STYLE = read("plots/plots.css") + read("style.css")   # of pages of results
 PLOT_SCRIPTS = tuple(f"plots/{name}.js" for name in ("series", "plot", "plot_hands", "charts", "plots"))
 SCRIPTS = (*PLOT_SCRIPTS, "plots/map.js", "player.js", "index.js")
 PLAYER = '<section id="moving" aria-label="Moving picture"><div id="player"></div></section>'
@@ -74,7 +75,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     told = {run.plan.name for run in claim_table.summarised_runs(results, judgements)}
     message = claim_table.run_sentences(results, judgements) + claim_table.message(judgements)
     return shell.page(
-        "report", escape(title), message, read("style.css") + read("claims.css"), read("page.html"),
+        "report", escape(title), message, STYLE + read("claims.css"), read("page.html"),
         heading=escape(title),
         thesis=ABOUT if theirs else "",
         stages="".join(f'<option value="{stage.name}">{escape(stage.title)}</option>'

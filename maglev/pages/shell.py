@@ -32,7 +32,7 @@ TITLE = re.compile(r"<title>(.*?)</title>", re.DOTALL)
 # The beginning of NAME.json of a run: name, title, and what came of it, as JSON; and the files that lie next to it.
 RUN = re.compile(r'\{\s*"name": ("[^\n]*"),\s*"title": ("[^\n]*"),\s*"outcome": "[^\n]*,\s*"ending": ("[^\n]*"),')
 RUN_FILES = ("txt", "csv", "parquet", "json")
-COMMENT = re.compile(r"^(?: *//.*|/\*\*[^`]*?\*/)\n", re.MULTILINE)   # one that begins a line of a script
+COMMENT = re.compile(r"^(?: *//.*|/\*\*[^`]*?\*/)\n| {2,}// .*$", re.MULTILINE)   # lines, or behind code
 ABOUT = re.compile(r'<meta name="description" content="(.*?)">', re.DOTALL)
 
 # Kinds of pages in their order, and what one and several of them are called.
@@ -70,7 +70,7 @@ def page(kind: str, title: str, about: str, style: str, body: str, policy: str =
 
 
 def scripts(*texts: str) -> str:
-    """Return elements with the shared code of all scripts, and with scripts, without the comments before functions."""
+    """Return elements with the shared code of all scripts, and with scripts, without their comments."""
     return "\n".join(f"<script>\n{COMMENT.sub('', text)}</script>" for text in (read("scale.js"), *texts))
 
 

@@ -21,7 +21,7 @@ from maglev.pages.law_map import LawMap, maps_data
 from maglev.pages.live_content import NAME as LIVE_PAGE
 from maglev.pages.live_content import live_address
 from maglev.pages.outcome_map import OUTCOMES, map_of
-from maglev.pages.report_page import json_in_html, read
+from maglev.pages.report_page import STYLE, json_in_html, read
 from maglev.pages.sample_commands import command_of, dataset_run, row_link, settings_of_sample, why_no_replay
 from maglev.pages.study_text import QUANTILES, beyond_limits, counted, limits_text, metrics_of, quantiles, units_of
 from maglev.pages.study_verdict import decisive_metric, study_verdict, telling, where
@@ -52,7 +52,7 @@ def study_page(table: pa.Table, about: Mapping[str, Any], live: bool = False) ->
     shown = data(table, about, metrics, drawn, shares, mapped) | {"card": card_data(table, about, drawn, live)}
     html, css, *own = map(own_text, OWN)
     return shell.page(
-        "study", f"{escape(about['name'])}: a study", said, read("style.css") + css, html,
+        "study", f"{escape(about['name'])}: a study", said, STYLE + css, html,
         name=escape(about["name"]), subject=escape(about["title"]), description=escape(about["description"]),
         design=f"Scenario {escape(about['scenario'])}; {design_text(about)}."
                + (f" Drawn are {len(drawn):,} samples." if len(drawn) < count else ""),
@@ -78,7 +78,7 @@ def study_page(table: pa.Table, about: Mapping[str, Any], live: bool = False) ->
 def write_maps(path: Path, title: str, said: str, maps: Sequence[LawMap], words: Sequence[str] = OUTCOMES) -> None:
     """Write a page of the maps of some laws, side by side, with a sentence about them, and words for `OUTCOMES`."""
     shell.publish(path, shell.page(
-        "study", escape(title), escape(said), read("style.css") + own_text("study.css"), own_text("maps.html"),
+        "study", escape(title), escape(said), STYLE + own_text("study.css"), own_text("maps.html"),
         name=escape(title), said=escape(said), data=json_in_html({"maps": {"study": maps_data(maps, words)}}),
         scripts=shell.scripts(*map(read, SCRIPTS))))
 

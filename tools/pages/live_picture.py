@@ -14,8 +14,8 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 RUN = "3dof-setpoints-improved"
-UNTIL = 1.6               # s of the run: setpoints have just changed
-SIZE = (1240, 860)       # px of the page
+UNTIL = 6.6               # s of the run: setpoints have just changed
+SIZE = (1440, 1000)      # px of the page
 COLOURS = 256             # of the file, spread over all that there are: thin lines keep theirs
 
 

@@ -6,7 +6,7 @@ const at = (id) => document.getElementById(id);
 const post = (message) => worker.postMessage(message);
 // The orbit is from where the picture in space is seen; the shot is the one that it goes to.
 const page = { state: null, run: null, history: null, ghost: null, width: 0, playing: false, frame: null, views: [],
-  dirty: true, colours: {}, strips: null, drag: null, press: null, leads: {}, hint: null, turning: null, dragged: false, orbit: { ...SHOTS.space, zoom: 1 }, shot: null,
+  dirty: true, colours: {}, drag: null, press: null, leads: {}, hint: null, turning: null, dragged: false, orbit: { ...SHOTS.space, zoom: 1 }, shot: null,
   story: null, fell: null, hits: [], lit: {}, frames: 0, problems: [] };
 window.maglevLive = page;
 
@@ -28,8 +28,8 @@ const valueOf = (full) => {
 /** What stands in the address, and all that shows the settings. */
 function stateChanged() {
   known.clear();
-  const { controller, ghost, speed } = page.state, names = ghost && [lawOf(page.run, controller), lawOf(page.run, ghost)];
-  page.strips = new Strips(stripsOf(page.run, valueOf, names), windowFor(speed));
+  const { controller, ghost, speed } = page.state;
+  showPlots(page.run, valueOf, ghost ? [controller, ghost] : null, windowFor(speed));
   const fragment = fragmentOf(page.state);
   if (location.hash !== fragment) history.replaceState(null, "", fragment);
   showPanel();
@@ -114,6 +114,8 @@ function setGhost(other) {
 
 function play(on) {
   page.playing = on;
+  if (on) followRun();
+  page.dirty = true;
   at("play").textContent = on ? "Pause" : "Play";
   post({ type: "play", on });
 }
@@ -157,6 +159,7 @@ function kick(axis, impulse) {
 function started({ width }) {
   page.width = width;
   page.history = new RunHistory(page.run, width);
+  followRun();
   page.ghost = page.state.ghost ? new RunHistory(page.run, width) : null;
 }
 
@@ -223,9 +226,9 @@ const RECEIVED = {
 /** Begin a thread that runs; one that there was is ended. */
 function startWorker() {
   worker?.terminate();
-  worker = new Worker(URL.createObjectURL(new Blob([at("worker").textContent], { type: "text/javascript" })));
+  worker = new Worker(URL.createObjectURL(new Blob([live.worker], { type: "text/javascript" })));
   worker.onmessage = ({ data }) => { if (isHeard(data)) RECEIVED[data.type](taken(data)); };
   worker.onerror = (event) => { page.problems.push(event.message); say(event.message, true); };
 }
 
-const loadWorker = () => post({ type: "load", about: live.fmus, plans: live.runs, binaries: live.binaries, law: live.parts });
+const loadWorker = () => post({ type: "load", about: live.fmus, plans: live.runs, binaries: live.binaries, law: live.parts, laws: live.laws });

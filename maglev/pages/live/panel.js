@@ -50,7 +50,7 @@ function showPanel() {
   panel.parameter(run, state.controller, valueOf);
   panel.settings(state.settings);
   // What is in no file no command runs.
-  at("copy-command").hidden = !run.command || isOwn(state.controller)
+  at("copy-command").hidden = !run.command || isOwn(state.controller) || isRung(state.controller)
     || (!run.fmus.measurement && Object.keys(state.settings).some((name) => name.startsWith("measurement.")));
   at("planned").hidden = !Object.keys(state.settings).length && state.controller === run.fmus.controller.model;
 }
@@ -134,7 +134,7 @@ function buildPanel() {
   stage.addEventListener("pointermove", move);
   for (const end of ["pointerup", "pointercancel"]) stage.addEventListener(end, letGo);
   stage.addEventListener("keydown", pressed);
-  addEventListener("resize", () => page.run && layout());
+  addEventListener("resize", () => { if (page.run) { stateChanged(); layout(); } });
   addEventListener("hashchange", () => {
     if (!page.state) return;   // it is read once the controllers are there
     const { state, problems } = readFragment(location.hash);

@@ -84,8 +84,7 @@ function drawNow(now) {
     peak: valueOf(`plant.${run.motors[0]}.amplifier.peak`) || 5, forces: forcesOf(run, row, valueOf), hits: page.hits }, colours);
   page.hint = null;
   if ((!page.dragged || COARSE.matches) && !state.story && !page.printed) drawHint(at("stage"), page.views.space, row, colours);
-  Object.assign(colours, { ours: colours[colourOf(run, state.controller)], other: ghost ? colours[colourOf(run, state.ghost)] : "" });
-  page.strips.draw(at("strips"), page.history, page.ghost, colours, !page.playing);
+  drawPlots(page.history, page.ghost);
   readings(now);
   post({ type: "drawn" });
 }
@@ -106,13 +105,14 @@ function drawHint(canvas, view, row, colours) {
 }
 
 function readColours(printed) {
-  page.printed = Boolean(printed);
+  page.printed = onPaper = Boolean(printed);
+  inks = {};
+  if (plots.live) plots.live.stale = true;
   page.colours = sceneColours(page.run?.axes ?? [], printed);
   page.dirty = true;
 }
 
 function layout() {
-  at("strips").style.minHeight = `${75 * page.strips.strips.length}px`;
   at("stage").setAttribute("aria-label", "The stage, and its air gap. Arrow keys move the references by 1 mm, page up and down that of the gap; space pauses, 1 to 4 swap the controller, k and j kick.");
   readColours();
 }

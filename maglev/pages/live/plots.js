@@ -1,168 +1,202 @@
 "use strict";
-// Plots that roll beside the stage: gap, displacements, errors (logarithmic), currents with limits.
+// Plots below the stage, made as those of the report are. What runs goes through them until a hand holds them; meanwhile lines stay
+// where they are drawn, on canvases, and are moved: only what is new costs.
 
-const LEFT = 54, RIGHT = 10, TOP = 17, BOTTOM = 4;   // px around a strip
-const LARGEST_ERROR = 0.1;                           // m, rad
+const LARGEST_ERROR = 0.1;   // m, rad
+const TALL = { phone: 46, least: 56, most: 120, around: 640, each: 30 };   // px: of a panel; of what is around all, and around each
+Object.assign(PANEL, { head: 20, top: 6, between: 6 });
+const plots = {};            // as the report has them; here there is one, `live`
+let onPaper = false;
 
 const windowFor = (speed) => (speed < 0.5 ? 2 : speed > 2 ? 30 : 10);   // s shown
 
-/** What a strip of the stage shows beside its panel: lines with a colour and a function of a row, range, levels that are marked.
- *
- * Of one controller lines have the colours of the axes, of two, by their names, those of the controllers: there errors of the gap
- * are apart, and no currents. */
-function stripsOf(run, values, names = null) {
-  if (!names) return run.stage.strips.map((panel) => ({ ...panel, ...STRIPS[panel.kind](run, panel, values) }));
+/** Panels of a run's plots. Lines of one controller have the colours of the axes; of two, the models, those of the controllers, and
+ * errors of the gap are apart. */
+function panelsOf(run, values, span, models = null) {
   const kinds = [[run.vertical], run.axes.filter((axis) => axis !== run.vertical)];
-  const panels = run.stage.strips.filter(({ kind }) => kind !== "currents").flatMap((panel) => (panel.kind !== "error" ? [panel]
-    : kinds.map((axes) => ({ ...panel, axes, title: panel.title.replace("axes", axes.join(", ")) }))));
-  return panels.map((panel, i) => {
-    const { lines, ...strip } = { ...panel, ...STRIPS[panel.kind](run, panel, values) };
-    return { ...strip, names: i ? [] : [[names[0], "ours"], [names[1], "other"]],
-      lines: lines.map((line) => ({ ...line, colour: line.thin ? "reference" : "ours" })) };
+  const strips = !models ? run.stage.strips : run.stage.strips.flatMap((strip) => (strip.kind !== "error" ? [strip]
+    : kinds.map((axes) => ({ ...strip, axes, title: strip.title.replace("axes", axes.join(", ")) }))));
+  return strips.map((strip) => {
+    const { lines, low, high, tens, ...rest } = STRIPS[strip.kind](run, strip, values);
+    const made = (line) => ({ thin: Boolean(models && line.further), of: line.name, note: ` ${line.unit ?? strip.unit}`, unit: strip.unit, dash: "solid", ascending: true, whose: 0, x: [], y: [], ...line });
+    const panel = { title: strip.title, xTitle: "time (s)", low: 0, high: span, logarithmic: false, down: strip.down, levels: [], areas: [], instants: [],
+      windows: [], marks: [], format: (value) => numberText(value, strip.digits), ...rest,
+      lines: lines.flatMap((line) => (!models || line.of === "reference" ? [made(line)] : models.map((model, whose) => made({ ...line, whose,
+        name: `${line.name} ${lawOf(run, model)}`, of: lawOf(run, model), css: colourOf(run, model), dash: whose ? "dash" : "solid" })))) };
+    // What is looked at closer has the range that it needs.
+    panel.range = (view) => (view.high - view.low < 0.99 * span ? undefined : tens ? widened(panel, tens, high, view.low) : [low, high]);
+    return panel;
   });
 }
 
+/** Limits of a panel that follow its lines from a time (s) on, by whole tens. */
+function widened({ lines }, tens, most, since) {
+  let largest = tens;
+  for (const { x, y } of lines) for (let k = firstFrom(x, since); k < y.length; k++) largest = Math.max(largest, Math.abs(y[k]));
+  const high = Math.min(most, tens * Math.ceil(1.05 * largest / tens));
+  return [-high, high];
+}
+
+const around = (value, name, css, dash) => [-value, value].map((each) => ({ value: each, name, css, dash }));
+
 const STRIPS = {
   position(run, { axes, scale, down, unit }, values) {
-    const lines = axes.flatMap((axis) => {
+    const lines = axes.flatMap((axis, k) => {
       const i = run.axes.indexOf(axis);
-      return [{ colour: axis, thin: true, value: (h, r) => scale * h.at(r, columnOf.reference(i)) },
-        { colour: axis, name: axis, value: (h, r) => scale * h.at(r, columnOf.position(i)) }];
+      return [{ name: axes.length > 1 ? `reference of ${axis}` : "reference", of: "reference", css: "reference", dash: "dot", thin: true,
+        value: (h, r) => scale * h.at(r, columnOf.reference(i)) },
+      { name: axis, css: `axis-${i}`, further: k > 0, value: (h, r) => scale * h.at(r, columnOf.position(i)) }];
     });
     const ends = axes.flatMap((axis) => endsOf(run, axis, values).map((end) => scale * end));
-    if (down) return { lines, low: ends[0] - 1, high: ends[1] + 1, marks: ends };
-    const wide = Math.max(...ends);
-    return { lines, low: -wide, high: wide, tens: unit === "mm" ? 10 : 4, marks: [] };
+    if (!down) return { lines, high: Math.max(...ends), tens: unit === "mm" ? 10 : 4 };
+    return { lines, low: ends[0] - 1, high: ends[1] + 1, levels: ends.map((value) => ({ value, name: "end stops", css: "limit", dash: "dashdot" })) };
   },
-  error(run, { axes, scale, floor, title, unit }) {
-    const lines = axes.map((axis) => {
+  error(run, { axes, scale, floor, unit }) {
+    const lines = axes.map((axis, k) => {
       const i = run.axes.indexOf(axis);
-      return { colour: axis, value: (h, r) => Math.max(floor, scale * Math.abs(h.at(r, columnOf.position(i)) - h.at(r, columnOf.reference(i)))) };
+      return { name: axis, css: `axis-${i}`, further: k > 0, unit: run.stage.shown[axis].unit,
+        value: (h, r) => Math.max(floor, scale * Math.abs(h.at(r, columnOf.position(i)) - h.at(r, columnOf.reference(i)))) };
     });
-    return { lines, title: axes.some((axis) => isTilt(run, axis)) ? `${title}, of tilts in mrad` : title, low: floor, high: scale * LARGEST_ERROR,
-      logarithmic: unit, marks: run.bands.map((band) => scale * band) };
+    return { lines, low: floor, high: scale * LARGEST_ERROR, logarithmic: unit,
+      levels: run.bands.map((band) => ({ value: scale * band, name: "bands of settling", css: "reference", dash: "dot" })) };
   },
-  currents(run, { title }, values) {
-    // Motors that drive one axis have one colour and one name.
-    const first = (motor) => motorsOf(run, run.drives[motor])[0] === motor, { axes, motors } = run;
-    const lines = [...motors.map((_, m) => ({ colour: run.vertical, name: m ? "" : "i_d", value: (h, r) => h.at(r, columnOf.direct(axes, m)) })),
-      ...motors.map((motor, m) => ({ colour: run.drives[motor], name: first(motor) ? `i_q ${run.drives[motor]}` : "",
+  currents(run, strip, values) {
+    // Motors that drive one axis have one colour, and one name in the legend.
+    const { axes, motors } = run, named = (current, motor) => (motors.length > 1 ? `${current} ${motor}` : current);
+    const css = (axis) => `axis-${axes.indexOf(axis)}`;
+    const lines = [...motors.map((motor, m) => ({ name: named("i_d", motor), of: "i_d", css: css(run.vertical), value: (h, r) => h.at(r, columnOf.direct(axes, m)) })),
+      ...motors.map((motor, m) => ({ name: named("i_q", motor), of: `i_q ${run.drives[motor]}`, css: css(run.drives[motor]), further: true,
         value: (h, r) => h.at(r, columnOf.quadrature(axes, m)) }))];
     const [limit, peak] = ["controller.current_limit", `plant.${motors[0]}.amplifier.peak`].map((name) => values(name) || Infinity);
     const shown = Math.max(1, Number.isFinite(Math.min(limit, peak)) ? Math.min(limit, peak) : 5);
-    return { lines, title: `${title}; ${limit <= peak ? "limit" : "peak of a phase"} dashed`, low: -1.15 * shown, high: 1.15 * shown, marks: [-shown, shown] };
+    return { lines, low: -1.15 * shown, high: 1.15 * shown, levels: around(shown, limit <= peak ? "limit of the commands" : "peak of a phase", "limit", "dashdot") };
   },
 };
 
-const LABEL = 13;   // px that a label on an axis takes
-
-/** Scale of a strip in a place on the page (px). */
-const scaleIn = ({ low, high, down, logarithmic = false }, top, height) =>
-  scaleOf(low, high, ...(down ? [top, top + height] : [top + height, top]), logarithmic);
-
-function drawFrame(context, strip, box, colours) {
-  const scale = scaleIn(strip, box.top, box.height), y = scale.place;
-  const right = box.left + box.width, across = (at) => [[box.left, at], [right, at]];
-  const ticks = scale.ticks(5), every = Math.ceil(LABEL * ticks.length / box.height);
-  for (const [value, text] of ticks.filter((_, k) => k % every === 0)) {
-    const at = Math.round(y(value)) + 0.5;
-    line(context, across(at), colours.line);
-    write(context, text, box.left - 5, at, colours.faint, { align: "right" });
+/** Show a run's plots from now on; where lines are the same, they are held as they were, and limits are those of now. */
+function showPlots(run, values, models, span) {
+  const element = at("strips"), panels = panelsOf(run, values, span, models);
+  if (!element.clientWidth) return;   // there is no room for them
+  PANEL.plot = COARSE.matches ? TALL.phone : Math.round(Math.min(TALL.most, Math.max(TALL.least, (innerHeight - TALL.around) / panels.length - TALL.each)));
+  const key = JSON.stringify([run.plant, PANEL.plot, panels.map(({ title, lines, levels }) => [title, ...[...lines, ...levels].map(({ name, css }) => name + css)])]);
+  if (plots.live?.key === key) {
+    panels.forEach(({ levels, range }, p) => Object.assign(plots.live.panels[p], { levels, range }));
+    Object.assign(plots.live, { span, stale: true });
+    return;
   }
-  for (const mark of strip.marks) line(context, across(y(mark)), colours.faint, 1, DASHED);
-  let end = right;
-  const names = strip.names ?? strip.lines.filter((each) => each.name).map((each) => [each.name, each.colour]);
-  for (const [name, colour] of [...names].reverse()) {
-    const text = `${colour === "other" ? "- -" : "—"} ${name}`;
-    write(context, text, end, box.top - 8, colours[colour], { align: "right" });
-    end -= context.measureText(text).width + 12;
-  }
-  const room = context.measureText(strip.title).width < end - box.left;
-  write(context, room ? strip.title : strip.title.split(";")[0], box.left, box.top - 8, colours.text);
+  if (plots.live) plots.live.gone = true;
+  fillLegend(panels);
+  const plot = makePlot(element, panels, ["live"]), times = [[], []];
+  for (const line of panels.flatMap(({ lines }) => lines)) line.x = times[line.whose];
+  const now = html("button", { type: "button", title: "follow what runs" }, null, "now");
+  now.addEventListener("click", followRun);
+  element.querySelector(".tools").prepend(now);
+  plots.live = Object.assign(plot, { key, span, times, now, layers: [], ranges: [], seen: [0, 0], numbers: [0, 0], follows: true, rolling: false, stale: true, hold: holdPlots });
 }
 
-/** Plots of a run and of the one that runs beside it. Lines stay where they are drawn and are moved: only what is new costs. */
-class Strips {
-  constructor(strips, span) {
-    Object.assign(this, { strips, span, points: new Map(), picture: document.createElement("canvas"), key: "", drawn: 0 });
-  }
-
-  /** Points of a line of a run, up to date: each row is looked at once. */
-  pointsOf(line, rows) {
-    const lines = this.points.get(rows) ?? this.points.set(rows, new Map()).get(rows);
-    const points = lines.get(line) ?? lines.set(line, { x: [], y: [], seen: 0, ascending: true }).get(line);
-    for (let row = Math.max(points.seen, rows.first); row < rows.count; row++) {
-      points.x.push(rows.at(row, 0));
-      points.y.push(line.value(rows, row));
-    }
-    points.seen = rows.count;
-    for (const values of [points.x, points.y]) if (values.length > 2 * MOST_KEPT) values.splice(0, MOST_KEPT);
-    return points;
-  }
-
-  /** Draw, unless so little has happened that nothing would move by two px. */
-  draw(canvas, rows, ghost, colours, now) {
-    const { context, width, height, ratio } = sized(canvas, false), wide = Math.floor((width - LEFT - RIGHT) * ratio);   // px of the screen
-    if (wide < 1) return;   // there is no room for a line
-    const bucket = this.span / wide, latest = Math.floor(rows.last().time / bucket), since = Math.max(0, latest - wide + 1);
-    if (!now && this.key && latest >= this.drawn && latest - this.drawn < 2) return;
-    for (const known of [...this.points.keys()]) if (known !== rows && known !== ghost) this.points.delete(known);
-    const each = (height - 16) / this.strips.length, across = scaleOf(since * bucket, (since + wide) * bucket, LEFT, LEFT + wide / ratio, false);
-    const shown = this.strips.map((planned, i) => {
-      const traced = planned.lines.map((line) => [line, this.pointsOf(line, rows), ghost && !line.thin && this.pointsOf(line, ghost)]);
-      return { strip: ranged(planned, traced, since * bucket), traced, top: i * each + TOP, tall: each - TOP - BOTTOM };
-    });
-    const key = `${width} ${height} ${ratio} ${shown.map(({ strip }) => strip.high)} ${rows.number} ${ghost?.number ?? ""} ${Object.values(colours)}`;
-    this.drawLines(shown, { key, ratio, wide, latest, since, bucket, height }, colours);
-    context.clearRect(0, 0, width, height);
-    for (const { strip, top, tall } of shown) drawFrame(context, strip, { left: LEFT, top, width: wide / ratio, height: tall }, colours);
-    context.drawImage(this.picture, LEFT, 0, wide / ratio, height);
-    const every = this.span > 10 ? 5 : this.span < 10 ? 0.5 : 1;
-    for (const [time, text] of across.ticks(this.span / every)) {
-      if (across.place(time) < LEFT + wide / ratio) write(context, `${text} s`, across.place(time), height, colours.faint, { align: "center", base: "bottom" });
-    }
-  }
-
-  /** Bring the picture of the lines up to the latest column: moved to the left, and with what is new. */
-  drawLines(shown, { key, ratio, wide, latest, since, bucket, height }, colours) {
-    const { picture } = this, context = picture.getContext("2d"), anew = key !== this.key || latest < this.drawn || this.drawn < since;
-    const begin = anew ? since : this.drawn, moved = since - Math.max(0, this.drawn - wide + 1);
-    if (anew) Object.assign(picture, { width: wide, height: Math.round(height * ratio) });   // which empties it
-    else {
-      context.globalCompositeOperation = "copy";
-      if (moved) context.drawImage(picture, -moved, 0);
-      context.globalCompositeOperation = "source-over";
-      context.clearRect(begin - since, 0, wide, picture.height);
-    }
-    const across = scaleOf(begin * bucket, (latest + 1) * bucket, begin - since, latest + 1 - since, false);
-    for (const { strip, traced, top, tall } of shown) {
-      const up = scaleIn(strip, ratio * top, ratio * tall), drawn = (points, ...look) => {
-        context.beginPath();
-        follow(context, points, across, up, latest - begin);
-        outline(context, ...look);
-      };
-      context.save();
-      context.beginPath();
-      context.rect(begin - since, ratio * (top - 1), wide, ratio * (tall + 2));
-      context.clip();
-      Object.assign(context, { lineJoin: "bevel", lineDashOffset: begin });   // dots go with the line
-      for (const [line, ours, other] of traced) {
-        if (other) drawn(other, colours.other, 1.5 * ratio, [6 * ratio, 3 * ratio]);
-        drawn(ours, colours[line.colour], (line.thin ? 1 : 1.7) * ratio, line.thin ? [2, 2] : []);
-      }
-      context.restore();
-    }
-    Object.assign(this, { key, drawn: latest });
-  }
+/** The legend of all panels, whose lines a click hides; a panel has its own for others. */
+function fillLegend(panels) {
+  const lines = new Map(panels.slice(0, -1).flatMap((panel) => panel.lines).map((line) => [line.of, line]));   // the last one are the currents
+  legendOfAll.replaceChildren();
+  hiddenInAll.clear();
+  for (const [name, line] of lines) entry(legendOfAll, { ...line, name }, () => hide(hiddenInAll, name, document, [plots.live]));
 }
 
-/** Range of a strip that follows its lines, widened to whole tens, or what it has in their place. */
-function ranged(strip, traced, since) {
-  if (!strip.tens) return strip;
-  let largest = strip.tens;
-  for (const { x, y } of traced.flatMap(([, ours, other]) => (other ? [ours, other] : [ours]))) {
-    for (let k = firstFrom(x, since); k < y.length; k++) largest = Math.max(largest, Math.abs(y[k]));
-  }
-  const most = Math.min(strip.high, strip.tens * Math.ceil(1.05 * largest / strip.tens));
-  return { ...strip, low: -most, high: most };
+/** Keep the plots as they are, for who looks at them closer; returns whether they moved. */
+function holdPlots() {
+  const { rolling, layers, now } = plots.live;
+  Object.assign(plots.live, { follows: false, rolling: false });
+  for (const layer of layers) if (layer) layer.hidden = true;
+  now.setAttribute("aria-pressed", "false");
+  return rolling;
 }
+
+function followRun() {
+  if (!plots.live) return;
+  Object.assign(plots.live, { follows: true, stale: true });
+  plots.live.now.setAttribute("aria-pressed", "true");
+  page.dirty = true;
+}
+
+/** Take in what has run: each row is looked at once. */
+function takeRows(plot, histories) {
+  histories.forEach((rows, whose) => {
+    const x = plot.times[whose], lines = plot.panels.flatMap((panel) => panel.lines).filter((line) => line.whose === whose);
+    if (plot.numbers[whose] !== (rows?.number ?? 0)) {
+      for (const values of [x, ...lines.map(({ y }) => y)]) values.length = 0;
+      plot.numbers[whose] = rows?.number ?? 0;
+      plot.seen[whose] = 0;
+      plot.stale = true;
+    }
+    if (!rows) return;
+    for (let row = Math.max(plot.seen[whose], rows.first); row < rows.count; row++) {
+      x.push(rows.at(row, 0));
+      for (const { y, value } of lines) y.push(value(rows, row));
+    }
+    plot.seen[whose] = rows.count;
+    if (x.length > 2 * MOST_KEPT) for (const values of [x, ...lines.map(({ y }) => y)]) values.splice(0, MOST_KEPT);
+  });
+}
+
+/** Bring the plots up to what has run. */
+function drawPlots(rows, ghost) {
+  const plot = plots.live;
+  if (!plot) return;
+  takeRows(plot, [rows, ghost]);
+  const { span, views: [view] } = plot, last = rows.last().time;
+  Object.assign(view.full, { low: plot.times[0][0], high: Math.max(last, plot.times[0][0] + span) });
+  if (plot.follows) Object.assign(view, { low: Math.max(view.full.low, last - span), high: Math.max(last, view.full.low + span) });
+  const rolling = plot.follows && page.playing && !onPaper;
+  if (rolling !== plot.rolling || plot.stale) {
+    Object.assign(plot, { rolling, stale: false, rolled: "", turn: plot.turn + 1 });
+    plot.panels.forEach((_, p) => drawPanel(plot, p));
+    for (const layer of plot.layers) if (layer) layer.hidden = !rolling;
+  }
+  if (rolling) rollPlots(plot, last);
+}
+
+/** Let the plots go on to a time (s), unless so little has happened that nothing would move by two px. */
+function rollPlots(plot, last) {
+  const ratio = Math.min(2, devicePixelRatio || 1), { across } = plot.handles[0], width = across.place(across.high), wide = Math.floor(width * ratio);
+  const bucket = plot.span / wide, latest = Math.floor(last / bucket), since = Math.max(0, latest - wide + 1);
+  const rolled = `${wide} ${ratio} ${[...plot.hidden]}`, anew = rolled !== plot.rolled || latest < plot.latest || plot.latest < since;
+  if (!anew && latest - plot.latest < 2) return;
+  Object.assign(plot.views[0], { low: since * bucket, high: (since + wide) * bucket });
+  plot.panels.forEach((_, p) => rollPanel(plot, p, { ratio, wide, width, bucket, latest, since, anew }));
+  Object.assign(plot, { rolled, latest });
+  if ((plot.here ?? Infinity) < plot.views[0].low) pointAll(plot, 0, null);
+}
+
+function rollPanel(plot, p, { ratio, wide, width, bucket, latest, since, ...all }) {
+  const panel = plot.panels[p], view = plot.views[p], [low, high] = panel.range(view), anew = all.anew || plot.ranges[p] !== `${low} ${high}`;
+  if (anew) drawPanel(plot, p);
+  plot.ranges[p] = `${low} ${high}`;
+  const { across, picture } = plot.handles[p], layer = plot.layers[p] ??= html("canvas", {}, plot.places[p]), context = layer.getContext("2d");
+  const begin = anew ? since : plot.latest, moved = since - Math.max(0, plot.latest - wide + 1), tall = Math.round(PANEL.plot * ratio);
+  if (anew) {
+    Object.assign(layer, { width: wide, height: tall });   // which empties it
+    layer.style.cssText = `left: ${PANEL.left}px; top: ${plot.places[p].firstChild.offsetHeight + PANEL.top}px; width: ${width}px; height: ${PANEL.plot}px`;
+  } else {
+    context.globalCompositeOperation = "copy";
+    if (moved) context.drawImage(layer, -moved, 0);
+    context.globalCompositeOperation = "source-over";
+    context.clearRect(begin - since, 0, wide, tall);
+  }
+  const along = scaleOf(begin * bucket, (latest + 1) * bucket, begin - since, latest + 1 - since, false);
+  const up = scaleOf(low, high, ...(panel.down ? [0, tall] : [tall, 0]), panel.logarithmic);
+  Object.assign(context, { lineJoin: "bevel", lineDashOffset: begin });   // dashes go with the line
+  for (const line of shownLines(plot, p)) {
+    context.beginPath();
+    follow(context, line, along, up, latest - begin);
+    const dashes = line.dash === "solid" ? [] : DASHES[line.dash].split(" ").map((length) => ratio * length);
+    outline(context, inkOf(line.css), (line.thin ? 0.9 : 1.6) * ratio, dashes);
+  }
+  Object.assign(across, scaleOf(view.low, view.high, 0, width, false));
+  drawAcross(picture.querySelector(".across"), panel, across, width, PANEL.plot, p === plot.panels.length - 1);
+  drawCursors(plot, p, plot.here ?? null);
+  if (picture === document.activeElement) for (const [name, value] of [["min", view.low], ["max", view.high]]) picture.setAttribute(`aria-value${name}`, value);
+}
+
+/** Colour of the style sheet, as a canvas takes it. */
+let inks = {};
+const inkOf = (css) => (inks[css] ??= getComputedStyle(document.documentElement).getPropertyValue(`--${css}`).trim());

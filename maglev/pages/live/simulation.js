@@ -46,7 +46,8 @@ class Simulation {
   made(part, model) {
     const { modules } = this.library;
     if (modules[model] instanceof Uint8Array) modules[model] = new WebAssembly.Module(modules[model]);
-    const module = modules[model], start = new Map(isOwn(model) ? [] : Object.entries(this.run.fmus[part]?.start ?? {}));
+    const module = modules[model], planned = this.library.fmus[model].start ?? this.run.fmus[part]?.start ?? {};
+    const start = new Map(isOwn(model) ? [] : Object.entries(planned));
     for (const [name, value] of Object.entries(this.settings)) if (name.startsWith(`${part}.`)) start.set(name.slice(part.length + 1), value);
     return new (module.written ? Law : Fmu)(module, this.library.fmus[model], start, this.k * this.run.step);
   }

@@ -6,8 +6,10 @@ async function contentOf(from) {
   const held = (id) => unpacked(from.getElementById(id).textContent);
   const content = JSON.parse(new TextDecoder().decode(await held("data")));
   for (const run of Object.values(content.runs)) run.stage = content.stages[run.stage];
+  for (const { variables } of Object.values(content.fmus)) variables.forEach((each, i) => { each.reference = i; });
   const names = Object.keys(content.fmus);
   const bytes = await Promise.all(names.map((name) => held(`fmu-${name}`)));
+  content.worker = new TextDecoder().decode(await held("worker"));
   content.binaries = Object.fromEntries(names.map((name, i) => [name, bytes[i]]));
   return content;
 }
@@ -36,6 +38,7 @@ async function takePage(file) {
     throw new Error(`${file.name}: expected a page of maglev live, of the version of this one: ${at("version").textContent}`);
   }
   live = await contentOf(from);
+  makeOpponents();
   listRuns();
   // What the reader has brought was for the stage of before.
   Object.assign(own, { packed: "", present: false, waiting: false, silent: 0, after: () => {
@@ -49,6 +52,7 @@ async function takePage(file) {
 
 async function startPage() {
   live = await contentOf(document);
+  makeOpponents();
   listRuns();
   buildPanel();
   buildOwn();

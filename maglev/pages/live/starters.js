@@ -11,37 +11,48 @@ const demanded = (what, made) => `  /** Acceleration (m/s²) ${what} */
   }
 `;
 
-/** A law by what is different of it: its parameters with their units, what they are of the poles (rad/s) that the design of an axis
+/** Laws to begin with. Each lacks something, so that the thesis's regulator does better. A law by what is different of it: its parameters with their units, what they are of the poles (rad/s) that the design of an axis
  * has, and the acceleration that it asks for. */
 const STARTERS = {
   pid: { label: "PID", name: "PID", parameters: { kp: "1/s²", ki: "1/s³", kd: "1/s" },
-    from: (w) => [w ** 2, 0.22 * w ** 3, 1.7 * w],
+    from: (w) => [w ** 2, 0.03 * w ** 3, 1.2 * w],
     demand: demanded("against the error, its integral and its rate.",
       "return -this.kp * error - this.ki * this.integral - this.kd * rate;") },
-  feedback: { label: "state feedback", name: "state feedback with an integral", parameters: { bandwidth: "rad/s" }, from: (w) => [w] },
+  feedback: { label: "state feedback", name: "state feedback", parameters: { stiffness: "1/s²", damping: "1/s" }, from: (w) => [1.5 * w ** 2, 1.8 * w],
+    demand: demanded("against the error and its rate; nothing finds the current that carries a load.",
+      "return -this.stiffness * error - this.damping * rate;") },
   sliding: { label: "sliding mode", name: "sliding mode", parameters: { slope: "1/s", reach: "m/s²", layer: "m/s" },
-    from: (w) => [0.6 * w, 0.1 * w, 0.1],
+    from: (w) => [0.7 * w, 0.03 * w, 0.1],
     demand: demanded("that keeps the error on a surface, along which it fades, and goes there from wherever it is.",
       `let surface = rate + 2.0 * this.slope * error + this.slope * this.slope * this.integral;
     return -2.0 * this.slope * rate - this.slope * this.slope * error - this.reach * Math.tanh(surface / this.layer);`) },
 };
 
+/** Active disturbance rejection (Han 2009, Gao 2003): an observer with three poles finds what pushes an axis, the law takes it back. */
+const ADRC = { name: "ADRC", parameters: { bandwidth: "rad/s", observed: "rad/s" }, from: (w) => [2 * w, 8 * w],
+  demand: demanded("that takes back the push which the observer finds, and places two poles.", `if (this.seen === undefined) Object.assign(this, { seen: this.measured, speed: 0, push: 0 });
+    let pole = Math.exp(-this.observed * dt), faster = 1 - pole, off = this.measured - this.seen;
+    this.seen += (1 - pole ** 3) * off;
+    this.speed += 1.5 * faster ** 2 * (1 + pole) / dt * off;
+    this.push += faster ** 3 / dt ** 2 * off;
+    let demand = -this.bandwidth * (this.bandwidth * (this.seen - this.reference) + 2 * (this.speed - this.reference_rate)) - this.push;
+    this.seen += dt * (this.speed + dt / 2 * (demand + this.push));
+    this.speed += dt * (demand + this.push);
+    return demand;`) };
+
 /** Whether an axis is held against the magnets' pull, the gap and tilts, or moves along it. */
 const isHeld = (run, axis) => axis === run.vertical || isTilt(run, axis);
 
 /** Text of a starter for a stage; `factors` are on its parameters, by name and whether of an axis that is held. */
-function starterText(run, id, factors = {}) {
-  const { name, parameters, from, demand } = STARTERS[id], names = Object.keys(parameters);
+function starterText(run, { name, parameters, from, demand }, factors = {}) {
+  const names = Object.keys(parameters);
   const number = (value) => { const text = String(Number(value.toPrecision(3))); return text.includes(".") ? text : `${text}.0`; };
-  let text = run.stage.law.replace(/(\w+) = new Axis\(([^,]+), ([^)]+)\)/g, (_, axis, place, poles) => `${axis} = new Axis(${place}, ${
-    from(Number(poles)).map((value, i) => number(value * (factors[`${names[i]} ${isHeld(run, axis)}`] ?? 1))).join(", ")})`);
-  if (demand) {
-    text = text.replace("constructor(position, bandwidth)", `constructor(position, ${names.join(", ")})`)
-      .replace(/    this\.bandwidth = .*\n/, names.map((each) => `    this.${each} = ${each}; // ${parameters[each]}, parameter\n`).join(""))
-      .replace(/  \/\*\* Acceleration \(m\/s²\) by which[\s\S]*?\n  }\n/, () => demand)
-      .replace(/static parameters = \{[\s\S]*?\};/, `static parameters = {${run.axes.map((axis) => names.map((each) =>
-        `"${axis}.${each}": "${parameters[each]}"`).join(", ")).join(",\n      ")}, "limit": "A"};`)
-      .replaceAll("state feedback with an integral", name).replaceAll("State feedback with an integral", name[0].toUpperCase() + name.slice(1));
-  }
-  return text;
+  return run.stage.law.replace(/(\w+) = new Axis\(([^,]+), ([^)]+)\)/g, (_, axis, place, poles) => `${axis} = new Axis(${place}, ${
+    from(Number(poles)).map((value, i) => number(value * (factors[`${names[i]} ${isHeld(run, axis)}`] ?? 1))).join(", ")})`)
+    .replace("constructor(position, bandwidth)", `constructor(position, ${names.join(", ")})`)
+    .replace(/    this\.bandwidth = .*\n/, names.map((each) => `    this.${each} = ${each}; // ${parameters[each]}, parameter\n`).join(""))
+    .replace(/  \/\*\* Acceleration \(m\/s²\) by which[\s\S]*?\n  }\n/, () => demand)
+    .replace(/static parameters = \{[\s\S]*?\};/, `static parameters = {${run.axes.map((axis) => names.map((each) =>
+      `"${axis}.${each}": "${parameters[each]}"`).join(", ")).join(",\n      ")}, "limit": "A"};`)
+    .replaceAll("state feedback with an integral", name).replaceAll("State feedback with an integral", name[0].toUpperCase() + name.slice(1));
 }

@@ -9,6 +9,10 @@ const FIRST_RUN = "3dof-setpoints-improved";   // where the page has it
 /** Whether a controller is one that the reader has brought. */
 const isOwn = (model) => model.startsWith("own:");
 
+/** Whether a controller is one of the page's own, that no folder has: an opponent. */
+const RUNG = "ladder:";
+const isRung = (model) => model.startsWith(RUNG);
+
 /** Name of a controller's law, such as "linear" of "LinearRegulator3DOF". */
 const lawOf = (run, model) => run.laws[model];
 const controllersOf = (run) => Object.keys(run.laws);
@@ -26,7 +30,8 @@ function variableOf(run, controller, full) {
 /** What a parameter starts with: the plan's value, or the FMU's; undefined if there is no such parameter. */
 function plannedValue(run, controller, full) {
   const part = full.slice(0, full.indexOf("."));
-  const planned = part === "controller" && isOwn(controller) ? undefined : run.fmus[part]?.start[full.slice(full.indexOf(".") + 1)];
+  const given = part === "controller" && live.fmus[controller].start ? live.fmus[controller] : run.fmus[part];
+  const planned = part === "controller" && isOwn(controller) ? undefined : given?.start[full.slice(full.indexOf(".") + 1)];
   const variable = variableOf(run, controller, full);
   return variable && (planned ?? variable.start);
 }

@@ -44,8 +44,8 @@ const lawLike = (run, text) => controllersOf(run).find((model) => lawOf(run, mod
 /** Experiments. `text` says in two sentences what is done; `acts` are messages to the worker at times of the run; `tell` is
  * what a run shows, undefined for as long as it does not; `shot` is from where one sees it. */
 const STORIES = [
-  { id: "beat", label: "Beat the thesis", controller: () => LAW, ghost: (run) => thesisOf(run), shot: { yaw: -30, pitch: 22, zoom: 1 },
-    text: (run) => `Yours and the thesis's regulator at the same task: ${TASK.mass} kg is put on after ${TASK.on} s, and after ${TASK.step} s both make a step of `
+  { id: "beat", label: "Beat the thesis", controller: () => LAW, ghost: (run) => opponentOf(run).model(run), shot: { yaw: -30, pitch: 22, zoom: 1 },
+    text: (run) => `Yours and ${opponentOf(run).label} at the same task: ${TASK.mass} kg is put on after ${TASK.on} s, and after ${TASK.step} s both make a step of `
       + `${1e3 * TASK.way} mm along ${drivenAxes(run)[0]}.`,
     acts: taskActs, tell: (run, rows, time) => (time < TASK.until ? undefined : verdictText()) },
   { id: "off", label: "Controller off", shot: { yaw: -22, pitch: 9, zoom: 1.15 },

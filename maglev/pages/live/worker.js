@@ -19,9 +19,10 @@ let pace = { since: 0, from: 0, value: 0 };
 
 const seen = (name) => library.fmus[name] !== undefined;
 
-function load({ about, plans, binaries, law }) {
+async function load({ about, plans, binaries, law, laws }) {
   Object.assign(library, { fmus: about, modules: binaries });
   parts = law;
+  for (const [name, text] of Object.entries(laws)) library.modules[name] = { written: await lawClass(text, parts), lines: text.split("\n").length };
   runs = plans;
   postMessage({ type: "loaded" });
 }

@@ -122,6 +122,13 @@ function follow(pen, { x, y, ascending }, across, up, width) {
   }
 }
 
+/** Path of a line in px. */
+function linePath(line, across, up, width) {
+  const parts = [], put = (letter) => (x, y) => parts.push(`${letter}${x.toFixed(1)} ${y.toFixed(1)}`);
+  follow({ moveTo: put("M"), lineTo: put("L") }, line, across, up, width);
+  return parts.join("");
+}
+
 /** Limits of what lines show between two abscissae, with some air; levels near enough are taken in. */
 function fitted(lines, levels, from, to, logarithmic) {
   let [low, high] = [Infinity, -Infinity];

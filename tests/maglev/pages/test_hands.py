@@ -11,7 +11,8 @@ from report_tab import PHONE, WIDE, Tab, wait_until
 
 from maglev import build, new_controller
 from maglev.pages.live_content import live_runs
-from maglev.pages.live_page import live_page
+from maglev.pages.live_page import live_page, worker_text
+from maglev.pages.shell import packed_text
 from maglev.runs.preparation import prepare
 
 pytestmark = pytest.mark.thorough
@@ -45,8 +46,9 @@ MIDDLE = """(() => { const box = document.getElementById("stage").getBoundingCli
 def whole(wasm_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page with all runs."""
     path = tmp_path_factory.mktemp("live") / "whole.html"
-    head, begin, rest = live_page(wasm_fmus, live_runs()).partition('id="worker">')
-    path.write_text(head + begin + rest.replace("</script>", f"{WORKER}</script>", 1), encoding="utf-8")
+    text, packed = live_page(wasm_fmus, live_runs()), packed_text(worker_text().encode())
+    assert packed in text
+    path.write_text(text.replace(packed, packed_text((worker_text() + WORKER).encode())), encoding="utf-8")
     return path
 
 
@@ -210,7 +212,7 @@ def test_the_law_in_javascript_is_that_in_c(tab: Tab, run: str, tmp_path: Path) 
     module = build([file], fmus=tmp_path, kind="native", target="wasm")[0]
     page.set_input_files("#own-files", [module, module.with_suffix(".xml")])
     wait_until(page, f"maglevLive.state.controller === 'own:{module.stem}'")
-    page.select_option("#starter", "feedback")
+    tab.evaluate("setLawText(page.run.stage.law)")   # which is that of maglev new controller
     page.click("#run-law")
     wait_until(page, "maglevLive.state.controller === 'own:law'")
     ours, theirs = (positions(tab, run, 3.0, "{ 'plant.encoder.resolution': 0 }", model)

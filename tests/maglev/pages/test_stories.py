@@ -70,7 +70,8 @@ def test_what_an_experiment_speaks_of_is_seen_to_move(told: Tab, request: pytest
     if story == "pid":
         theirs, colour = told.evaluate(DRAWN, True)
         assert theirs == colour != said and told.evaluate(WAY, True) > least
-        assert told.evaluate("maglevLive.strips.strips[0].names") == [["nonlinear", "ours"], ["PID", "other"]]
+        assert told.page.locator("#legend button").all_inner_texts() == ["reference", "nonlinear", "PID"]
+        assert told.evaluate("plots.live.panels.map(({ title }) => title)")[-1] == "motor currents (A)"
     if story == "weight":
         assert told.evaluate(FALL) > least
         assert told.evaluate("weightNow(maglevLive.history.last().time)") == {
@@ -88,7 +89,8 @@ def test_what_fell_lifts_off_and_the_experiment_goes_on(told: Tab) -> None:
     assert told.page.inner_text("#status") == "", "one line tells it, not two"
     moment = told.page.inner_text("#moment")
     peak = told.evaluate("valueOf('plant.alpha.amplifier.peak')")
-    assert told.evaluate("maglevLive.strips.strips.at(-1).marks") == [-peak, peak], "and not the larger limit"
+    levels = told.evaluate("plots.live.panels.at(-1).levels.map(({ value }) => value)")
+    assert levels == [-peak, peak], "and not the larger limit"
     assert 0.0 < peak < told.evaluate("valueOf('controller.current_limit')")
     told.page.click("#lift")
     wait_until(told.page, f"maglevLive.frame.time > {fell} + 0.4 && !maglevLive.frame.flags.stop")

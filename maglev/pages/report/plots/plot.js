@@ -1,6 +1,6 @@
 "use strict";
 // A plot as SVG: panels below each other, each with its legend, its axes, a readout under the pointer, and zooming.
-const PANEL = { plot: 132, left: 62, right: 12, top: 8, bottom: 36, between: 8, names: 14, paper: 690, half: 336 };   // px; below the last one, below others, above the first; widths on A4, alone and of two
+const PANEL = { head: 28, plot: 132, left: 62, right: 12, top: 8, bottom: 36, between: 8, names: 14, paper: 690, half: 336 };   // px; below the last one, below others, above the first; widths on A4, alone and of two
 
 const SYMBOLS = {
   circle: "M-3.5 0a3.5 3.5 0 1 0 7 0a3.5 3.5 0 1 0 -7 0", square: "M-3 -3h6v6h-6z", diamond: "M0 -4.5l4.5 4.5l-4.5 4.5l-4.5 -4.5z",
@@ -81,27 +81,34 @@ function hide(hidden, name, place, shown) {
 
 function legend(plot, panel, parent) {
   const list = html("div", { class: "legend" }, parent), told = [...(legendOfAll?.children ?? [])].map(({ dataset }) => dataset.name);
-  for (const line of panel.lines.filter(({ of, name }) => !told.includes(of ?? name))) {
-    entry(list, line, () => hide(plot.hidden, line.name, plot.element, [plot]), !plot.hidden.has(line.name));
+  for (const [name, line] of new Map(panel.lines.map((each) => [each.of ?? each.name, each]))) {
+    if (!told.includes(name)) entry(list, { ...line, name }, () => hide(plot.hidden, name, plot.element, [plot]), !plot.hidden.has(name));
   }
   const notes = new Map([...panel.areas, ...panel.levels, ...panel.instants, ...panel.marks].map((each) => [each.name, each]));
   for (const note of notes.values()) if (!told.includes(note.name)) entry(list, note);
 }
 
-/** Frame, grid and labels of a panel; of panels with one time the last one alone says which. */
+const GRID = "stroke: var(--line); stroke-width: 1";
+const LABEL = 13;   // px that a label on an axis takes
+
+/** Grid over the abscissa, into a place for it, and its labels; of panels with one time the last one alone has these. */
+function drawAcross(place, panel, across, width, height, last) {
+  const most = Math.max(3, Math.floor(width / 80));
+  const ticks = (panel.ticks?.(across, most) ?? across.ticks(most)).map(([value, text]) => [(PANEL.left + across.place(value)).toFixed(1), text]);
+  place.replaceChildren();
+  svg("path", { d: ticks.map(([x]) => `M${x} ${PANEL.top}v${height}`).join(""), style: GRID }, place);
+  if (last) for (const [x, text] of ticks) svg("text", { x, y: PANEL.top + height + 14, "text-anchor": "middle" }, place, text);
+}
+
+/** Frame, grid and labels of a panel. */
 function axes(picture, panel, across, up, width, height, last) {
-  const grid = "stroke: var(--line); stroke-width: 1";
-  for (const [value, text] of up.ticks(5)) {
+  const ticks = up.ticks(5), every = Math.ceil(LABEL * ticks.length / height);
+  for (const [value, text] of ticks.filter((_, k) => k % every === 0)) {
     const y = up.place(value);
-    svg("path", { d: `M${PANEL.left} ${y.toFixed(1)}h${width}`, style: grid }, picture);
+    svg("path", { d: `M${PANEL.left} ${y.toFixed(1)}h${width}`, style: GRID }, picture);
     svg("text", { x: PANEL.left - 6, y: y + 4, "text-anchor": "end" }, picture, text);
   }
-  const most = Math.max(3, Math.floor(width / 80));
-  for (const [value, text] of panel.ticks?.(across, most) ?? across.ticks(most)) {
-    const x = PANEL.left + across.place(value);
-    svg("path", { d: `M${x.toFixed(1)} ${PANEL.top}v${height}`, style: grid }, picture);
-    if (last) svg("text", { x, y: PANEL.top + height + 14, "text-anchor": "middle" }, picture, text);
-  }
+  drawAcross(svg("g", { class: "across" }, picture), panel, across, width, height, last);
   if (last) svg("text", { x: PANEL.left + width / 2, y: PANEL.top + height + 29, "text-anchor": "middle" }, picture, panel.xTitle);
   svg("rect", { x: PANEL.left, y: PANEL.top, width, height, style: "fill: none; stroke: var(--faint)" }, picture);
 }
@@ -140,7 +147,7 @@ function drawPanel(plot, p) {
   const limits = [...[...panel.levels, ...panel.marks].map(({ value }) => value).filter((value) => value !== null), ...panel.areas.flatMap(({ low, high }) => [low, high])];
   const across = scaleOf(view.low, view.high, 0, width, false);
   const ends = [PANEL.top + height, PANEL.top];
-  const up = scaleOf(...fitted(lines, limits, view.low, view.high, panel.logarithmic), ...(panel.down ? ends.reverse() : ends),
+  const up = scaleOf(...panel.range?.(view) ?? fitted(lines, limits, view.low, view.high, panel.logarithmic), ...(panel.down ? ends.reverse() : ends),
     panel.logarithmic);
   if (!place.firstChild) {
     const head = html("div", { class: "panel-head" }, place);
@@ -176,7 +183,7 @@ function drawPanel(plot, p) {
       : `M${across.place(mark.low).toFixed(1)} ${up.place(mark.value).toFixed(1)}H${across.place(mark.high).toFixed(1)}`;
     svg("title", {}, stroke(inner, "mark", mark, d, 2), mark.name);
   }
-  for (const line of lines) {
+  for (const line of plot.rolling ? [] : lines) {
     if (line.margin) {
       svg("path", { class: "band", "data-name": line.name, d: bandPath(line, across, up), style: `fill: var(--${line.css}); opacity: 0.18` }, inner);
     }
@@ -223,7 +230,7 @@ function makePlot(element, panels, runs, range = null) {
   const plot = { element, panels, views, runs, hidden: legendOfAll ? hiddenInAll : new Set(), gone: false, turn: 0, handles: [] };
   tools(plot, html("div", { class: "tools", role: "group", "aria-label": "Zoom" }, element));
   plot.places = panels.map((_, p) => html("div", { class: "panel",
-    style: `min-height: ${tall(!linked || p === panels.length - 1) + named(plot, p) + 28}px` }, element));
+    style: `min-height: ${tall(!linked || p === panels.length - 1) + named(plot, p) + PANEL.head}px` }, element));
   plot.drawn = drawPanels(plot);
   return plot;
 }

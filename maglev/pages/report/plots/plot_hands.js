@@ -4,6 +4,7 @@ const NEAR_CURSOR = 10;   // px, in which a click takes one away
 
 /** Show another range of a panel, and of all that share its view, within what there is. */
 function showRange(plot, p, low, high) {
+  plot.hold?.();
   const view = plot.views[p];
   const { full } = view;
   const span = Math.min(Math.max(high - low, 1e-6 * (full.high - full.low)), full.high - full.low);
@@ -13,7 +14,7 @@ function showRange(plot, p, low, high) {
 }
 
 /** Zoom all panels by a factor around their middle, or move them by a share of what they show. */
-function change(plot, factor, shift) {
+function zoomAll(plot, factor, shift) {
   const done = new Set();
   plot.views.forEach((view, p) => {
     if (done.has(view)) return;
@@ -29,23 +30,32 @@ function tools(plot, parent) {
     const made = html("button", { type: "button", "aria-label": label, title: label }, parent, sign);
     made.addEventListener("click", action);
   };
-  button("+", "zoom in", () => change(plot, 0.5, 0));
-  button("−", "zoom out", () => change(plot, 2, 0));
-  button("◂", "to the left", () => change(plot, 1, -0.25));
-  button("▸", "to the right", () => change(plot, 1, 0.25));
-  button("all", "show all", () => change(plot, Infinity, 0));
+  button("+", "zoom in", () => zoomAll(plot, 0.5, 0));
+  button("−", "zoom out", () => zoomAll(plot, 2, 0));
+  button("◂", "to the left", () => zoomAll(plot, 1, -0.25));
+  button("▸", "to the right", () => zoomAll(plot, 1, 0.25));
+  button("all", "show all", () => zoomAll(plot, Infinity, 0));
   for (const [ending, made] of Object.entries(SAVED)) {
-    button(ending.toUpperCase(), `save what is seen as ${ending.toUpperCase()}`, async () => save(plot, ending, await made(plot)));
+    button(ending.toUpperCase(), `save what is seen as ${ending.toUpperCase()}`, async () => {
+      if (plot.hold?.()) await (plot.drawn = drawPanels(plot));
+      save(plot, ending, await made(plot));
+    });
   }
+}
+
+/** Draw the cursors of a panel, at an abscissa and where they are fixed; returns whether the first is seen. */
+function drawCursors(plot, p, here) {
+  const { across, cursor } = plot.handles[p], inside = (x) => x !== null && x >= across.low && x <= across.high;
+  cursor.setAttribute("d", [here, ...plot.views[p].fixed].filter(inside)
+    .map((x) => `M${(PANEL.left + across.place(x)).toFixed(1)} ${PANEL.top}v${PANEL.plot}`).join(""));
+  return inside(here);
 }
 
 /** Show what a panel's lines are at an abscissa; the cursors alone where values are not asked for, nothing at null. */
 function pointAt(plot, p, here, values) {
-  const panel = plot.panels[p], { fixed } = plot.views[p], { across, lines, cursor, picture, readout } = plot.handles[p] ?? {};
-  if (!across) return;   // not yet drawn
-  const inside = (x) => x !== null && x >= across.low && x <= across.high;
-  cursor.setAttribute("d", [here, ...fixed].filter(inside).map((x) => `M${(PANEL.left + across.place(x)).toFixed(1)} ${PANEL.top}v${PANEL.plot}`).join(""));
-  readout.hidden = !inside(here) || !values;
+  if (!plot.handles[p]) return;   // not yet drawn
+  const panel = plot.panels[p], { fixed } = plot.views[p], { lines, picture, readout } = plot.handles[p];
+  readout.hidden = !drawCursors(plot, p, here) || !values;
   if (readout.hidden) return;
   const said = fillReadout(panel, lines, readout, here, fixed[0] === here ? undefined : fixed[0]);
   picture.setAttribute("aria-valuenow", here);

@@ -52,13 +52,6 @@ function valueAt({ times, values }, time) {
   return values[k - 1] + (values[k] - values[k - 1]) * (time - times[k - 1]) / (times[k] - times[k - 1]);
 }
 
-/** Path of a line in px. */
-function linePath(line, across, up, width) {
-  const parts = [], put = (letter) => (x, y) => parts.push(`${letter}${x.toFixed(1)} ${y.toFixed(1)}`);
-  follow({ moveTo: put("M"), lineTo: put("L") }, line, across, up, width);
-  return parts.join("");
-}
-
 // What stands before a button is copied.
 document.addEventListener("click", async ({ target }) => {
   if (!target.matches("button.copy")) return;
