@@ -13,7 +13,7 @@ def regulator(law: str) -> str:
     return sketch(
         "Block diagram: the error drives an internal model; a state feedback of error, its rate and the model's states "
         "demands an acceleration; the motor's linearisation makes currents of it, which are limited and commutated. "
-        "What the limit takes away goes back to the internal model.",
+        "The part beyond the limit is fed back to the internal model.",
         picture(
             535, symbol(60, 16, "r"), arrow([(60, 22), (60, 51)]), junction(60, 60), arrow([(RAIL, 60), (69, 60)]),
             line([(60, 69), (60, 84)]), symbol(48, 86, "e"), arrow([(60, 84), (60, 104)]),
@@ -31,7 +31,7 @@ def regulator(law: str) -> str:
 def pid() -> str:
     """PID on the currents."""
     return sketch(
-        "Block diagram: the reference behind its pre-filter is compared with what is measured; a PID on the error and "
+        "Block diagram: the reference behind its pre-filter is compared with the measurement; a PID on the error and "
         "its rate makes currents, which are limited and commutated.",
         picture(
             445, symbol(60, 16, "r"), arrow([(60, 22), (60, 40)]), box(10, 40, 100, 50, "pre-filter", "$ω$"),

@@ -12,7 +12,7 @@ def measurement(stage: StageDescription) -> FmuDefinition:
         name=f"Measurement{stage.suffix}",
         block=Measurement,
         arguments=(stage,),
-        description=f"What a controller gets of the encoders of the {stage.title}",
+        description=f"Encoders of the {stage.title} as a controller reads them",
         variables=measurement_variables(stage),
         refusals=REFUSALS,
         experiment=DefaultExperiment(stop_time=500 * stage.sample_time, step=stage.sample_time),

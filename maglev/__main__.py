@@ -7,7 +7,7 @@ from maglev.files.packages import require_own_packages
 
 
 def main() -> None:
-    """Run the command line; what goes wrong while it is still being imported is one line, too."""
+    """Run the command line; an error while it is imported is one line, too."""
     try:
         require_own_packages()
         from maglev.cli.app import app

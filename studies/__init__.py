@@ -1,1 +1,1 @@
-"""Committed studies: what was computed once, and can be again, from a file in this folder."""
+"""Committed studies: each can be computed again from a file in this folder."""

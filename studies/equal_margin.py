@@ -2,8 +2,8 @@
 
     python -m studies.equal_margin
 
-One rule for all with the thesis's regulator in them: the poles of an axis are those of (5.14) for x and z, times a
-factor with which the axis has the delay margin that ADRC has at 25 mm. The thesis's gains, which are slower, are a row.
+One rule for all laws that contain the thesis's regulator: an axis has the poles of (5.14) for x and z times a factor.
+The factor gives the axis the delay margin of ADRC at 25 mm. The thesis's gains, which are slower, are a row.
 """
 
 from collections.abc import Callable, Mapping
@@ -58,7 +58,7 @@ def margins(controller: str, parameters: Gains) -> Margins:
 def factors(of: Callable[[float, float], Margins], wanted: Mapping[str, float]) -> list[float]:
     """Factors of y and x with which the delay margins (s) are those wanted, to 1 %: a secant in logarithms.
 
-    The axes do not depend on each other, so both go on at once.
+    The axes do not depend on each other, so both are found at once.
     """
     aims = np.log([wanted["y"], wanted["x"]])
     last, now = np.log([3.0, 3.0]), np.log([4.0, 4.0])

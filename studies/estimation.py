@@ -2,8 +2,8 @@
 
     python -m studies.estimation
 
-Writes the table of docs/estimation.md, and what had been assumed before, for scenarios to extend. What is scaled, and
-which evidence chooses, is in `estimation.toml`.
+Writes the table of docs/estimation.md, and the values assumed before, for scenarios to extend. `estimation.toml` lists
+the scaled values and the evidence that chooses.
 """
 
 import math
@@ -60,7 +60,7 @@ def times(scale: float, values: Defaults) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class WeightRow:
-    """What the evidence says of one scale of friction, with slot ripple next to it or without."""
+    """Verdict of the evidence on one scale of friction, with slot ripple or without."""
 
     scale: float
     ripple: bool
@@ -130,9 +130,9 @@ def counts(judged: Iterable[Judged]) -> tuple[tuple[int, int, int], tuple[int, i
 def residual(result: ClaimResult, largest: float) -> float:
     """How far a claim is missed, in standard deviations; approaches `largest`; 0 where it is met or not testable.
 
-    "about" a figure: half of its last digit or 5 %, whatever is more, is one standard deviation. A limit or a factor:
-    10 % of it, on the wrong side. A bound by an axis: the distance of its ticks, by which it was read. Yes or no, and
-    what never settles: 1.
+    "about" a figure: half of its last digit or 5 %, the larger one, is one standard deviation. A limit or a factor:
+    10 % of it, on the wrong side. A bound by an axis: the distance of its ticks. A yes or no,
+    or an axis that never settles: 1.
     """
     claim, measured = result.claim, result.measured
     if claim.quantity is None or (result.verdict in ("reproduced", "met") and claim.relation != "about"):
@@ -173,7 +173,7 @@ def table_of(settings: Settings, rows: Sequence[WeightRow]) -> str:
 
 
 def as_assumed(name: str, settings: Settings) -> str:
-    """TOML with what was assumed before one scale of it was estimated, for scenarios to extend."""
+    """TOML with the friction assumed before one scale of it was estimated, for scenarios to extend."""
     stage = PACKAGED_STAGES[name]
     lines = [f"# {stage.title}. Coulomb friction as it was assumed, before one scale of it was estimated "
              "(docs/estimation.md).", "# Made by `python -m studies.estimation`.", "", "[fmus.plant.start]"]

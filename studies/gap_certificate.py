@@ -4,17 +4,17 @@
     python -m studies.gap_certificate --starts          # steps from rest that the packaged certificate covers
     python -m studies.gap_certificate --groups 400      # of random runs, in search of one that is lost
 
-With e = g − r, the plant's equilibrium current i°(g), the table's i*(g) and β(g), the deviation of the current
-b = β (i − i°), and of the integral I, w = β (I + i* − i°), the loop is exactly
+Let e = g − r, i°(g) the plant's equilibrium current, i*(g) and β(g) those of the table. The current deviates by
+b = β (i − i°) and the integral I by w = β (I + i* − i°). The loop is exactly
 
     v' = μ b − c v              b' = (k1 e + k2 v̂ + k4 ξ2 + k5 ξ3 + w − b)/τ + (σ − β i*') v + (β'/β) v b
     e' = v                      w' = (k3 + 1) ξ2 + σ v + (β'/β) v w              ξ2' = ξ3    ξ3' = e − ω0² ξ2
     l' = (e − l)/T1             v̂' = ((e − l)/T1 − v̂)/T2
 
 with μ = γ/β, where g'' = γ (i − i°) by the secant of the plant's row, and σ = β (i*' − i°'). In a cell of the table
-i*' and β' are constants; what μ, σ and the rest can be at any gap in it and any current within the limit is bounded by
-intervals. V = xᵀ P(g) x, P linear between the gaps of the table, decreases on all of it if it does at the corners,
-for the inequality is linear in each of them. Clarabel finds P; `verify` believes none of it and works in rationals.
+i*' and β' are constants. Intervals bound μ, σ and the rest for any gap in the cell and any current within the limit.
+V = xᵀ P(g) x, with P linear between the gaps of the table, decreases on the whole table if it decreases at the corners,
+because the inequality is linear in each of them. Clarabel finds P; `verify` believes none of it and works in rationals.
 """
 
 import argparse
@@ -63,7 +63,7 @@ rational = np.vectorize(Fraction, otypes=[object])
 
 
 class Loop(NamedTuple):
-    """What is certified: the file, the regulator, the loop's matrix, its bounds in a cell, and what they are about."""
+    """A certified loop: file, regulator, matrix, and its bounds in a cell with their subject."""
 
     file: Path
     regulator: Callable[[int], Any]
@@ -205,7 +205,7 @@ def matrix_of(regulator: Any, stage: StageDescription, axis: StageAxis, mu: Any,
 
 
 def corners(box: Mapping[str, tuple[float, float]], rate: float) -> Iterator[tuple[float, ...]]:
-    """Corners of what the loop can be: its parameters, then the rate of the gap (m/s)."""
+    """Corners of the range of the loop: its parameters, then the rate of the gap (m/s)."""
     return product(*box.values(), (-rate, rate))
 
 

@@ -65,14 +65,14 @@ def refined(classify: Callable[[Where], Outcomes], layers: int, rows: int, colum
 
 
 def map_law(law: str, options: argparse.Namespace) -> LawMap:
-    """Map of a law; what was run for it is printed."""
+    """Map of a law; its runs are printed."""
     study, path = load_study(STUDY)
     scenario = (path.parent / study.scenario).with_name(f"{DESCRIPTION}-{law}.toml").resolve()
     sides = study.vary
     commands: list[tuple[str, list[Factor]]] = []
 
     def outcomes_at(name: str, values: Array) -> Outcomes:
-        """Outcomes of samples, shape (samples, 3), in the order of what varies."""
+        """Outcomes of samples, shape (samples, 3), in the order of the varied quantities."""
         vary = [{"name": side.column, "set": side.set, "mode": side.mode, "kind": "list", "values": column.tolist()}
                 for side, column in zip(sides, values.T, strict=True)]
         table = {"name": f"{STUDY}-{law}-{name}", "scenario": str(scenario), "vary": vary, "design": {"kind": "rows"},

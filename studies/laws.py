@@ -1,4 +1,4 @@
-"""What the studies of maps of laws share: their command line, runs, origin, tables and pictures."""
+"""Parts that the studies of maps of laws share: command line, runs, origin, tables and pictures."""
 
 import argparse
 from collections.abc import Callable, Iterable, Sequence
@@ -47,7 +47,7 @@ def map_laws(words: str, data: Path, outcomes: Sequence[str],
 
 
 def origin_of(paths: Iterable[Path]) -> Origin:
-    """What studies' datasets rest on: their versions, commits, where known, and FMUs."""
+    """Origin of studies' datasets: versions, commits where known, and FMUs."""
     provenances = [metadata_of(path)["provenance"] for path in paths]
     commits = sorted({provenance["commit"] for provenance in provenances} - {None})
     return Origin(", ".join(sorted({provenance["version"] for provenance in provenances})), ", ".join(commits) or None,
@@ -64,7 +64,7 @@ def write_picture(path: Path, title: str, maps: Sequence[Sequence[LawMap]], outc
                   colours: Sequence[str], dotted: str = "") -> None:
     """Write a PNG of maps of all laws, a row for each layer, whose factors are texts.
 
-    What is marked, an outcome more, has the colour of the first one, and a dot, of which `dotted` says what it means.
+    Marked places, an outcome more, have the colour of the first one and a dot; `dotted` is the dot's meaning.
     """
     from matplotlib.colors import ListedColormap  # an extra: only who draws needs it
     from matplotlib.patches import Patch

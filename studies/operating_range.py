@@ -2,8 +2,8 @@
 
     python -m studies.operating_range [--stage 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
 
-It draws the pictures of that page, prints its tables of shares, and writes the maps as the data that come with the
-package, which the report draws; with --stage those of one stage, and the others stay. It takes some twenty
+It draws the pictures of that page, prints its tables of shares, and writes the maps as data of the package, which the
+report draws. With --stage it does one stage, and the others stay. It takes some twenty
 minutes on two processors. A study that is done is not run again.
 """
 
@@ -59,7 +59,7 @@ def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: Bools) -> Outcomes:
 
 
 def read_outcomes(path: Path) -> tuple[dict[str, Array], Outcomes]:
-    """What varies in a study's dataset, and the outcomes, also by the trajectories of commands next to it."""
+    """Varied quantities of a study's dataset, and the outcomes, also by the trajectories of commands next to it."""
     samples = read_dataset(path)
     columns = {name: samples[name].to_numpy() for name in samples.column_names if name != "failure"}
     if not all(failure is None for failure in samples["failure"].to_pylist()):

@@ -32,7 +32,7 @@ Maps = Mapping[str, Mapping[str, Floats]]   # by change and law
 
 @dataclass(frozen=True)
 class Change:
-    """What changes, the axis whose error is drawn, and what differs beside."""
+    """A change, the axis whose error is drawn, and the other differences."""
 
     title: str
     sizes: tuple[float, float]
@@ -68,7 +68,7 @@ def grid(change: Change, cells: int) -> tuple[Floats, Floats]:
 
 
 def values_of(change: Change, law: str, cells: int) -> dict[str, Floats]:
-    """What the samples set; bounds of adaptation only where there is one."""
+    """Values of the samples; bounds of adaptation only where there is one."""
     size, time = grid(change, cells)
     values = {f"reference.plant.{name}.end": PUBLISHED[name] * factor(size) for name, factor in change.after.items()}
     values |= {f"reference.plant.{name}.time": time for name in change.after}

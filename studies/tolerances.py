@@ -64,7 +64,7 @@ def outcomes(columns: Mapping[str, NDArray[Any]], tilts: tuple[str, ...]) -> Out
 
 
 def read_outcomes(path: Path, question: Question) -> Outcomes:
-    """Outcomes in a study's dataset; what the sides vary over has to be there once for each step."""
+    """Outcomes in a study's dataset; each step needs the values of the sides once."""
     samples = read_dataset(path)
     columns = {name: samples[name].to_numpy() for name in samples.column_names if name != "failure"}
     tilts = tuple(name.removeprefix("end error of ") for name, unit in units_of(samples).items()
@@ -110,7 +110,7 @@ def run_stage(name: str, laws: tuple[str, ...], run_study: RunStudy, options: ar
         sides = {f"{side.name}, {side.unit}": np.array(side.values) for side in (question.down, question.along)}
         grids[question.name] = Grid({STEP: np.array(SIZES), **sides}, outcomes_of_laws)
     of_stage = StageGrids(grids, origin_of(paths))
-    write_picture(options.docs / f"tolerances-{name}.png", f"{stage.title}: what each law tolerates", maps_of(of_stage),
+    write_picture(options.docs / f"tolerances-{name}.png", f"{stage.title}: tolerance of each law", maps_of(of_stage),
                   OUTCOMES, COLOURS)
     print(f"\n{name}\n\n{markdown_table(table(of_stage))}", flush=True)
     return of_stage

@@ -155,7 +155,7 @@ def log_likelihoods(misfits: Misfits) -> NDArray[np.float64]:
 
 
 def jackknife_variance(left_out: Sequence[float]) -> float:
-    """Variance of a value from what it is without each one of its parts."""
+    """Variance of a value from its values without each one of its parts."""
     count = len(left_out)
     return float((count - 1) * np.var(left_out))
 
@@ -178,7 +178,7 @@ def difference(candidate: Misfits, today: Misfits) -> tuple[float, float]:
 
 
 def decision(held_out: tuple[float, float], parabolas: tuple[float, float]) -> str:
-    """What the rule makes of D and P, each with its standard error."""
+    """Verdict of the rule on D and P, each with its standard error."""
     if held_out[0] < -2.0 * held_out[1] or parabolas[0] < -2.0 * parabolas[1]:
         return "rejected"
     return "replaces roughness" if held_out[0] > 2.0 * held_out[1] else "undecided"

@@ -35,5 +35,5 @@ def test_modules_are_in_the_extras_that_messages_name() -> None:
 def test_a_module_that_is_missing_and_one_that_is_there() -> None:
     assert lacking("numpy.linalg", "study", "anybody") == ""
     assert lacking("not_a_module.part", "study", "a study") == (
-        "a study needs not_a_module, expected it to be installed: python -m pip install 'maglev-fmus[study]', with the "
-        "Python that runs maglev")
+        "a study needs not_a_module; install it with the Python that runs maglev: python -m pip install "
+        "'maglev-fmus[study]'")

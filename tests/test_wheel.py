@@ -96,7 +96,7 @@ def test_packages_of_our_names_are_refused(installed: Path, clash: Path, python:
     assert len(done.stderr.strip().splitlines()) == 1 or "-m" not in python
     packages, = (installed / "environment").glob("lib/python*/site-packages")
     assert f"import plant_fmu: finds {clash / 'plant_fmu' / '__init__.py'}, expected the package of maglev-fmus in " \
-           f"{packages / 'plant_fmu'}: give the other one another name" in last
+           f"{packages / 'plant_fmu'}: rename the other one" in last
     assert not (clash / "results").exists()
 
 

@@ -1,25 +1,20 @@
-"""Find phrases that read twice in pages, help, messages and docstrings: a part of `make lint`.
+"""Find phrases that read twice in pages, help, messages, docstrings and comments: a part of `make lint`.
 
-    python tools/plain_english.py [--list] [--lower]
-
-Pages have no such phrase unless plain_english.toml allows some; `--list` prints every one, `--lower` lowers the limits.
+    python tools/plain_english.py
 """
 
-import argparse
 import ast
 import re
 import sys
-import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
-LIMITS = Path(__file__).with_suffix(".toml")
-CODE = "code"   # one limit for all packages, so that a file may move
 GENERATED = "docs/claims_table.md"
-LONGEST = {".md": 30, ".py": 35}    # words of a sentence of a page, of code
-ABOUT = "# Phrases that read twice: how many a page, or the code, may have; other pages have none. Numbers only fall."
+LONGEST, LONGEST_ON_PAGES = 35, 30   # words of a sentence
+# Texts that are code: with statements or rules, a program, or a list of words.
+CODE_TEXT = re.compile(r"\{.*;|;.*\}|^import |^\s*(?:\w+\s+){60}", re.DOTALL)
 
 PHRASES = {
     "'what' as a noun": re.compile(
@@ -64,13 +59,14 @@ def plain(text: str) -> str:
 
 
 def problems(text: str, suffix: str) -> Iterator[tuple[str, str]]:
-    """Phrases of a text of a page (.md) or of code (.py), each with its sentence."""
+    """Phrases of a text of a page (.md) or of code, each with its sentence."""
     for sentence in SENTENCE_END.split(plain(text)):
         for name, pattern in (PHRASES | ON_PAGES if suffix == ".md" else PHRASES).items():
             if pattern.search(sentence):
                 yield name, sentence
-        if (count := len(re.findall(r"\S*\w\S*", sentence))) > LONGEST[suffix]:
-            yield f"{count} words, at most {LONGEST[suffix]}", sentence
+        most = LONGEST_ON_PAGES if suffix == ".md" else LONGEST
+        if (count := len(re.findall(r"\S*\w\S*", sentence))) > most:
+            yield f"{count} words, at most {most}", sentence
 
 
 def page_texts(text: str) -> Iterator[Text]:
@@ -98,54 +94,57 @@ def code_texts(text: str) -> Iterator[Text]:
             value = node.value
         else:
             continue
-        for paragraph in re.split(r"\n\s*\n|\n\s*-{3,}\n", value):
-            if len(re.findall(r"\b[a-z]{2,}\b", paragraph)) >= 4:
+        for paragraph in re.split(r"\n\s*\n|\n\s*-{3,}\n|(?:^|\n)\s*[\w, *]+ : [^\n]*\n|\n\s*[├└│]", value):
+            if len(re.findall(r"\b[a-z]{2,}\b", paragraph)) >= 4 and not CODE_TEXT.search(paragraph):
                 yield Text(node.lineno, paragraph)
+
+
+def toml_texts(text: str) -> Iterator[Text]:
+    """Comments, those in successive lines as one, and texts of four words or more of a TOML file."""
+    number, lines = 1, list[str]()
+    for n, line in enumerate([*text.splitlines(), ""], 1):
+        if line.startswith("#"):
+            number = number if lines else n
+            lines.append(line.lstrip("# "))
+        elif lines:
+            yield Text(number, " ".join(lines))
+            lines = []
+        yield from (Text(n, found) for found in re.findall(r'"([^"]*)"', line) if len(found.split()) >= 4)
+
+
+def script_texts(text: str) -> Iterator[Text]:
+    """Texts of four words or more of a file in C or JavaScript, without its comments."""
+    text = re.sub(r"/\*.*?\*/|(?<![:\"'])//[^\n]*", lambda cut: "\n" * cut[0].count("\n"), text, flags=re.DOTALL)
+    for found in re.finditer(r"\"([^\"\n]*)\"|`([^`]*)`", text):
+        value = re.sub(r"\$\{[^}]*\}|%\w+", "X", found[1] or found[2] or "")
+        if len(re.findall(r"\b[a-z]{2,}\b", value)) >= 4 and not CODE_TEXT.search(value):
+            yield Text(text.count("\n", 0, found.start()) + 1, value)
+
+
+TEXTS = {".md": page_texts, ".py": code_texts, ".toml": toml_texts, ".c": script_texts, ".h": script_texts,
+         ".js": script_texts}
 
 
 def files() -> list[Path]:
     pages = [*ROOT.glob("*.md"), ROOT / "examples" / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
     pages.remove(ROOT / GENERATED)
-    packages = [init.parent for init in sorted(ROOT.glob("*/__init__.py")) if init.parent.name != "tests"]
-    return [*pages, *(path for package in packages for path in sorted(package.rglob("*.py")))]
+    folders = [*(init.parent for init in sorted(ROOT.glob("*/__init__.py")) if init.parent.name != "tests"),
+               ROOT / "scenarios", ROOT / "stages"]
+    return [*pages, *(path for folder in folders for path in sorted(folder.rglob("*"))
+                      if path.suffix in TEXTS and path.suffix != ".md" and "vendor" not in path.parts)]
 
 
 def found_in(path: Path) -> list[Found]:
     name = path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else str(path)
-    texts = code_texts if path.suffix == ".py" else page_texts
-    return [Found(name, line, phrase, sentence) for line, text in texts(path.read_text(encoding="utf-8"))
+    return [Found(name, line, phrase, sentence)
+            for line, text in TEXTS[path.suffix](path.read_text(encoding="utf-8"))
             for phrase, sentence in problems(text, path.suffix)]
 
 
-def too_many(found: Iterable[Found], limits: Mapping[str, int]) -> dict[str, list[Found]]:
-    """Pages, and the code as one, with more phrases than their limit; it is 0 unless it is given."""
-    areas: dict[str, list[Found]] = {}
-    for each in found:
-        areas.setdefault(CODE if each.file.endswith(".py") else each.file, []).append(each)
-    return {name: phrases for name, phrases in areas.items() if len(phrases) > limits.get(name, 0)}
-
-
-def main(arguments: Sequence[str] | None = None, checked: Sequence[Path] = ()) -> int:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--list", action="store_true", help="list every phrase")
-    parser.add_argument("--lower", action="store_true", help="lower the limits to the present counts")
-    asked = parser.parse_args(arguments)
+def main(checked: Sequence[Path] = ()) -> int:
     found = [each for path in checked or files() for each in found_in(path.resolve())]
-    if asked.list:
-        print(*found, sep="\n")
-        return 0
-    limits = tomllib.loads(LIMITS.read_text(encoding="utf-8"))
-    over = too_many(found, limits)
-    for name, phrases in over.items():
-        if name != CODE:
-            print(*phrases, sep="\n")
-        print(f"{name}: {len(phrases)} phrases that read twice, expected at most {limits.get(name, 0)}: "
-              f"`python tools/plain_english.py --list`")
-    if asked.lower:
-        counts = {name: len(phrases) for name, phrases in too_many(found, {}).items()}
-        rows = [f'"{name}" = {min(limit, counts[name])}' for name, limit in limits.items() if name in counts]
-        LIMITS.write_text("\n".join([ABOUT, *rows, ""]), encoding="utf-8")
-    return 1 if over else 0
+    print(*found, sep="\n", end="\n" if found else "")
+    return 1 if found else 0
 
 
 if __name__ == "__main__":

@@ -86,9 +86,8 @@ def stage_and_regulators(stage: str | Path) -> tuple[StageDescription, str, list
     except StageError as error:
         raise StabilityError(str(error)) from None
     for motor in described.unlike:
-        raise StabilityError(f"{stage}: motors.{motor.name} has numbers of its own, expected motors that are alike, "
-                             f"for "
-                             "what is computed is a limit that all motors reach at once")
+        raise StabilityError(f"{stage}: motors.{motor.name} has its own constants, expected equal motors: the region "
+                             "assumes that all reach their limit at once")
     plant, *controllers = linear_names(described)
     return described, plant, [name for name in controllers if "Regulator" in name and regulator_in(name) == name]
 
@@ -120,7 +119,7 @@ def axis_loop(description: str | Path, axis: str, gap: Quantity, *, controller: 
     block = block_of(name, settings)
     if block.current_limit <= 0.0:
         raise StabilityError(f"{name}: current_limit = {block.current_limit:g} A, expected a limit above 0 A: "
-                             "without one the region is as large as the model holds")
+                             "without one the region is unbounded")
     parameters = dict(plant_parameters or {})
     level = {**parameters, **{f"{axis.name}.bias": 0.0 for axis in described.horizontal if described.rotations}}
     loop = linearise_loop(stage, name, {vertical: gap}, plant_parameters=level, controller_parameters=settings)
@@ -128,13 +127,13 @@ def axis_loop(description: str | Path, axis: str, gap: Quantity, *, controller: 
             if described.rotations else loop).plant.equilibrium
     swinging = [state.removesuffix(".deflection") for state in loop.plant.states if state.endswith(".mode.deflection")]
     if swinging:
-        raise StabilityError(f"{stage}: {swinging[0]}.frequency is above 0 Hz, expected 0 Hz: a certificate is of "
-                             "a rigid mover")
+        raise StabilityError(f"{stage}: {swinging[0]}.frequency is above 0 Hz, expected 0 Hz: a certificate assumes a "
+                             "rigid mover")
     title = f"{axis} of {stage} with {name} at {vertical} = {1e3 * rest.positions[vertical]:g} mm"
     closed = close(title, described, axis, loop, rest.currents, block)
     if closed.rates[0].real >= 0.0:
         raise StabilityError(f"{title}: the loop is unstable, its slowest pole is {closed.rates[0]:.4g} 1/s, "
-                             "expected gains with which it is stable while no limit is reached")
+                             "expected gains that stabilise it within the limits")
     return closed
 
 
@@ -183,8 +182,8 @@ def close(name: str, stage: StageDescription, axis: str, loop: Loop, rest: Mappi
     commanded = np.hstack([law.D @ loop.sensed, law.C])
     axes, sets = coupled(loop, stage, axis, commanded)
     if len(axes) > MOST_AXES:
-        raise StabilityError(f"{name}: its limits move {', '.join(axes)}, expected motors that carry alike, so that at "
-                             f"most {MOST_AXES} axes have to be certified at once")
+        raise StabilityError(f"{name}: its limits move {', '.join(axes)}, expected equal motors: at most {MOST_AXES} "
+                             "axes are certified together")
     # Currents that are always the same in all motors are one state: each column says where a state stands in the loop.
     motion = [f"{axis}.{part}" for axis in axes for part in ("position", "velocity")]
     lagged = [currents for currents in sets if currents[0] in plant.states]

@@ -67,8 +67,7 @@ def certify(loop: AxisLoop, gains: Array, decay: float = 0.0) -> Certificate:
         certified = certificate(loop, scaled, gains, inequalities, decay)
         if certified is not None:
             return certified
-    raise StabilityError(f"{loop.name}: the solver's solution does not hold, expected a certificate; try a smaller "
-                         f"decay than {decay:g} 1/s")
+    raise StabilityError(f"{loop.name}: the solver's solution is not a certificate; try a decay below {decay:g} 1/s")
 
 
 def synthesise(loop: AxisLoop, decay: float) -> Array:
@@ -172,11 +171,10 @@ class Inequalities:
             except self.cvxpy.SolverError:
                 continue
         else:
-            raise StabilityError(f"{self.scaled.name}: Clarabel gave up, expected a solution; try another rate of "
-                                 "decay: how far it gets is a matter of rounding")
+            raise StabilityError(f"{self.scaled.name}: Clarabel stopped without a solution; try another decay rate")
         if self.Q.value is None:
             raise StabilityError(f"{self.scaled.name}: the inequalities are {problem.status}, expected a solution; "
-                                 "try a smaller rate of decay")
+                                 "try a smaller decay rate")
 
     def gains(self) -> Array:
         """Ec of the solution, where they were looked for."""

@@ -112,7 +112,7 @@ def look(part: Participant, base: Array, number: int, pushes: Sequence[float]) -
         if 0.5 < growth < 2.0:
             return None, f"a step: {length(pushes[-1])} change it as much as {length(pushes[-3])}"
         return None, (f"the slope changes with the size, by {100.0 * same[-1]:.2g} % from {length(pushes[-2])} to "
-                      f"{length(pushes[-1])}: a rounding, chance, or an iteration that ends early")
+                      f"{length(pushes[-1])}: rounding, noise, or an iteration that ends early")
     if kinks[-1] > KINK:
         return None, f"a kink: up and down differ by {100.0 * kinks[-1]:.2g} %"
     first = len(pushes) - 2

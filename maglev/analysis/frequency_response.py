@@ -123,7 +123,7 @@ def read_amplitude(pair: Pair, name: str, amplitude: Quantity) -> float:
     with refused_as(LinearModelError, "amplitude"):
         size = parse_quantity(amplitude, "m" if axis is None else axis.unit("m"))
     if not 0.0 < size < 1.0:
-        raise LinearModelError(f"amplitude = {size:g}, expected one above 0 and below 1 m or rad")
+        raise LinearModelError(f"amplitude = {size:g}, expected more than 0 and less than 1 m or rad")
     return size
 
 

@@ -53,8 +53,8 @@ class Emulated(BlockSlave):
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Take a sample, at a time (s) that it counts itself."""
         if step_size != self.sample_time:
-            raise Refused(f"communication step = {step_size} s, expected sample_time = {self.sample_time} s: a "
-                          "microcontroller knows no other")
+            raise Refused(f"communication step = {step_size} s, expected sample_time = {self.sample_time} s: the code "
+                          "of the microcontroller has this sample time")
         self.exchange(current_time, step_size)
         return True
 
@@ -116,7 +116,7 @@ class Measured:
     def __str__(self) -> str:
         share = 100.0 * self.time / self.sample_time
         rows = {
-            "flash": f"{1e-3 * self.flash:.1f} kB, with the example and what the compiler adds",
+            "flash": f"{1e-3 * self.flash:.1f} kB, with the example and the compiler's own code",
             "RAM": f"{1e-3 * self.ram:.1f} kB, and {1e-3 * self.stack:.1f} kB of stack at its deepest",
             "instructions": f"{self.least} to {self.most} a sample, {self.mean:.0f} in the mean; {self.start} at the "
                             "start",

@@ -72,13 +72,13 @@ class NumericalLoop:
         return "; ".join(f"{slope.name} has no derivative here: {slope.verdict}" for slope in self.derivatives
                          if slope.verdict) or (
             "" if self.loop is not None else
-            f"its responses are those of no linear system of few states, they differ by {self.misfit:.2g}")
+            f"no linear system of few states has its responses; the best one differs by {self.misfit:.2g}")
 
     def linear(self) -> Loop:
         """The loop; LinearModelError says why there is none."""
         if self.loop is None:
-            raise LinearModelError(f"{self.pair.name}: {self.why_not}; expected a smooth law: `maglev linearise "
-                                   "--measure` measures one that is not")
+            raise LinearModelError(f"{self.pair.name}: {self.why_not}; expected a smooth law; `maglev linearise "
+                                   "--measure` measures any law")
         return self.loop
 
     def margins(self, at: str) -> Margins:

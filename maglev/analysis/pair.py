@@ -20,7 +20,7 @@ from maglev.cosim.port_map import PortMap, apply, read_port_maps
 from maglev.descriptions.own_fmus import current_fmu
 from maglev.descriptions.registry import STAGES
 from maglev.files.arrays import Array
-from maglev.files.errors import ControllerError, LinearModelError, nearest, one_of, option, or_of_own_stage
+from maglev.files.errors import ControllerError, LinearModelError, nearest, one_of, or_of_own_stage
 from maglev.files.json_lines import hints
 from maglev.files.units import positive_time
 from maglev.files.worker_process import Send
@@ -257,7 +257,7 @@ def pair_wires(stage: StageDescription, parts: Mapping[str, Part]) -> tuple[dict
             known = parts[role].variables
             if name not in known or known[name].causality != kind:
                 raise LinearModelError(f"{parts[role].name}: missing port: {kind} {name}, "
-                                       f"{nearest(name, known)}; {option('ports')} says what it calls them")
+                                       f"{nearest(name, known)}; a port map (ports, --map) gives its own names")
         if giver == "plant":
             signals[port] = output
         else:
@@ -271,8 +271,8 @@ def stage_with(variables: Mapping[str, object]) -> StageDescription:
         ports = [port.partition(".") for ends in loop_table(stage)["connections"] for port in ends]
         if all(name in variables for role, _, name in ports if role == "plant"):
             return stage
-    raise LinearModelError(f"the plant has the ports of none of the stages {', '.join(STAGES.stages)}, expected "
-                           f"encoders and commands as they have them; {option('ports')} says what it calls its ports")
+    raise LinearModelError(f"the plant's ports fit none of the stages {', '.join(STAGES.stages)}, expected their "
+                           "encoders and commands; a port map (ports, --map) gives its own names")
 
 
 def read_values(name: str, settings: Settings, description: ModelDescription) -> dict[str, float | bool]:
@@ -331,9 +331,9 @@ def resting_pair(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Ite
         worst = max(far, key=lambda axis: abs(far[axis]))
         if abs(far[worst]) > NOT_THERE or (strict and moving > AT_REST):
             raise LinearModelError(
-                f"{pair.name}: after {len(rows) * pair.step:g} s {worst} is {1e3 * far[worst]:.4g} mm (mrad) from "
-                f"where it should be, and what is measured moves by {1e6 * moving:.3g} µm (µrad) in half a second, "
-                "expected a loop at rest: a longer settling time, another place, or a controller that holds it")
+                f"{pair.name}: after {len(rows) * pair.step:g} s {worst} is {1e3 * far[worst]:.4g} mm (mrad) off and "
+                f"still moves by {1e6 * moving:.3g} µm (µrad) in half a second, expected a loop at rest: settle "
+                "longer, or change the place or the controller")
         controller.mark(np.hstack([rows, np.tile(references, (len(rows), 1))]), commands[-1].tolist())
         plant.mark(commands, measured)
         yield Rest(pair, controller, plant, last, commands[-1], equilibrium_from(pair, positions, commands[-1]), moving)
@@ -362,8 +362,8 @@ def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float,
         return function(*arguments)
     for path in files:
         if is_class(path):
-            raise ControllerError(f"{path}: was given as a class, which runs in this process alone, but "
-                                  f"{foreign[0].name} runs in another; expected the file of the class")
+            raise ControllerError(f"{path}: a class runs in this process only, but {foreign[0].name} runs in another "
+                                  "one; give the file of the class")
     names, kind = " or ".join(path.name for path in foreign), hints(function)["return"]
     answer: Found = called_apart(partial(work, function, arguments), names, max(timeout, TIMEOUT), kind)
     return answer

@@ -1,7 +1,7 @@
 """One FMU, or a user's class, stepped by itself from a point of its past, as often as one likes.
 
-What it is inside stays hidden: its state is kept by its own means (fmi2GetFMUstate, a copy of the object), or where it
-has none, it is made again and given the inputs of its past once more.
+Its state is saved by its own means (fmi2GetFMUstate, or a copy of the object). Without such means it is made again and
+gets the inputs of its past once more.
 """
 
 from collections.abc import Callable, Sequence
@@ -111,8 +111,8 @@ class Participant:
             for inputs in self.past:
                 answer = self.step(inputs)
             if not np.allclose(answer, self.last, rtol=REPEATED, atol=REPEATED):
-                raise LinearModelError(f"{self.setup.name} ({self.setup.path.name}) gave other outputs when it got the "
-                                       "same inputs again, expected a controller without chance")
+                raise LinearModelError(f"{self.setup.name} ({self.setup.path.name}) gave other outputs for the same "
+                                       "inputs, expected a deterministic controller")
         else:
             fmu.instance.setFMUState(self.saved)
         self.count = len(self.past)

@@ -182,7 +182,7 @@ def region(stage: str | Path, axis: str, gap: Quantity, *, controller: str | Non
     if not 0.0 <= decay < float("inf"):
         raise StabilityError(f"decay = {decay!r} 1/s, expected a finite rate of 0 1/s or more")
     if decay != DECAY and not synthesise:
-        raise StabilityError(f"decay = {decay!r} 1/s is of synthesised gains, expected {option('synthesise', True)}")
+        raise StabilityError(f"decay = {decay!r} 1/s is for synthesised gains, needs {option('synthesise', True)}")
     settings = by_part(set or {}, StabilityError)
     loop = axis_loop(stage, axis, gap, controller=controller, plant_parameters=settings["plant"],
                      controller_parameters=settings["controller"])

@@ -186,6 +186,6 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
             try:
                 run_batches(job, planned.batches, planned.values, store)
             except KeyboardInterrupt as error:
-                raise BatchInterrupted(f"{ended_by(error)}: {done} of {count} samples were done, and are in the batch "
-                                       "of this exception", made(), signal_of(error)) from None
+                raise BatchInterrupted(f"{ended_by(error)}: {done} of {count} samples are done; the attribute `batch` "
+                                       "of this exception has them", made(), signal_of(error)) from None
     return made()

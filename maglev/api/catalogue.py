@@ -132,8 +132,7 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
         raise ScenarioError(f"{option('kind', kind)}: expected python or native")
     native = kind == "native"
     if target not in ("all", "host", "wasm") or (target != "all" and not native):
-        raise ScenarioError(f"{option('target', target)}: expected all, host or wasm, and {option('kind', 'native')} "
-                            "with it")
+        raise ScenarioError(f"{option('target', target)}: expected all, host or wasm, with {option('kind', 'native')}")
     every = [names] if isinstance(names, str | type) or not isinstance(names, Iterable) else names
     given = [carried(name) for name in every]
     if stage is not None:
@@ -152,7 +151,7 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
             raise ScenarioError(f"{option('fmi', fmi)}: expected 2 with {option('target', 'wasm')}")
     if ssp is not None:
         if given or stage is not None or source is not None or clocked or target == "wasm":
-            raise ScenarioError(f"{option('ssp', str(ssp))}: expected no names with it, and no {option('stage')}, "
+            raise ScenarioError(f"{option('ssp', str(ssp))}: cannot be combined with names, {option('stage')}, "
                                 f"{option('source')}, {option('clocked')} or {option('target', 'wasm')}")
         plan = load_plan(ssp)
         if plan.stage_file is not None:
@@ -162,8 +161,8 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
     chosen = [str(name) for name in given if not is_written(Path(name))]
     if source is not None:
         if not native or target != "all" or stage is not None or files:
-            raise ScenarioError(f"{option('source', str(source))}: expected {option('kind', 'native')} "
-                                "with it, and FMUs of this package alone")
+            raise ScenarioError(f"{option('source', str(source))}: needs {option('kind', 'native')}, and has FMUs of "
+                                "this package only")
         return take_native(map(str, given or all_of), Path(source), folder, fmi, clocked)
     require_different_names(files, chosen if given else all_of)
     form = Kind(native, target, fmi, clocked)
@@ -174,7 +173,7 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
         (say or warn)(lacking)
     for path, file in zip(written, files, strict=True):
         if needed := () if native else load(file).requires:
-            (say or warn)(f"{path} does not carry {', '.join(needed)}: the Python of who imports it needs "
+            (say or warn)(f"{path} does not contain {', '.join(needed)}: the Python of who imports it needs "
                                    f"{'them' if len(needed) > 1 else 'it'}")
     return [*ours, *written]
 

@@ -83,8 +83,8 @@ def require_packaged(plans: Sequence[RunPlan], write: bool) -> None:
     """Refuse to look among the baselines of the package for that of a scenario of the user's, and to write it there."""
     for plan in plans:
         if plan.own and (write or not baseline_file(PACKAGED / "baselines", plan.name).exists()):
-            raise ScenarioError(f"{plan.path}: expected {option('baselines')} with it, the folder of its baseline: "
-                                "those of the package are for its own scenarios")
+            raise ScenarioError(f"{plan.path}: needs {option('baselines')}, the folder of its baseline; "
+                                "the package has baselines of its own scenarios only")
 
 
 def compare(every: Callable[..., list[Result]], names: Scenarios | None,

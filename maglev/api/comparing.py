@@ -95,7 +95,7 @@ class Comparison:
         """The runs over each other, a matplotlib Figure: positions, errors, commands, currents."""
         results = {label: run.result for label, run in self.runs.items()}
         if not results:
-            raise ScenarioError(f"{self.name}: no run was completed, expected one to draw")
+            raise ScenarioError(f"{self.name}: no run completed, so there is nothing to draw")
         return overlay(f"{self.name}: {self.title}", results)
 
     def write(self, folder: str | Path = "results", *, picture: bool = True, page: bool = True) -> list[Path]:
@@ -144,13 +144,14 @@ def compare(runs: Scenario | Iterable[Run] | Mapping[str, Run], controllers: Con
     if isinstance(runs, Run) or not isinstance(runs, str | Path | Mapping) or (
             isinstance(runs, Mapping) and (not runs or any(isinstance(run, Run) for run in runs.values()))):
         if controllers is not None or options:
-            raise ScenarioError(f"{', '.join(options) or 'controllers'}: expected the name of a run to make with it, "
-                                "got runs that were made")
+            raise ScenarioError(f"{', '.join(options) or 'controllers'}: needs the name of a run to make, got "
+                                "finished runs")
         return comparison_of(cast("Iterable[Run] | Mapping[str, Run]", runs))
     plan = load_plan(runs)
     chosen = labelled(controllers or ())
     if not chosen:
-        raise ScenarioError("controllers: none is named, expected those to compare, such as 'PID3DOF' or a file")
+        raise ScenarioError("controllers: the list is empty, expected controllers to compare, such as 'PID3DOF' or a "
+                            "file")
     before = needed([plan])
     say, watch = say or warn, watch or unwatched
     first = experiments_of(before, {**options, "keep_settings": False}, say, watch) if before else []
@@ -194,10 +195,10 @@ def labelled(controllers: Controllers) -> dict[str, Given]:
     by_label: dict[str, Given] = {}
     for label, controller in pairs:
         if controller is None:
-            raise ScenarioError("controllers: None is one, expected names, files, classes or objects of them")
+            raise ScenarioError("controllers: one is None, expected names, files, classes or objects")
         if not isinstance(label, str) or not label or set(label) & set('/\\\0<>:"|?*') or label.startswith("."):
-            raise ScenarioError(f"controller {controller}: label = {label!r}, expected one that can be part of a "
-                                "file's name")
+            raise ScenarioError(f"controller {controller}: label = {label!r}, expected a label that can be part of a "
+                                "file name")
         number = 2
         unique = label
         while unique in by_label:
@@ -249,18 +250,18 @@ def comparison_of(runs: Iterable[Run] | Mapping[str, Run]) -> Comparison:
     runs = runs if isinstance(runs, Mapping) else [*runs]
     for run in runs.values() if isinstance(runs, Mapping) else runs:
         if not isinstance(run, Run):
-            raise ScenarioError(f"runs: {shortened(run)}, expected runs that were made, or the name of one to make "
-                                "with each of controllers=[…]")
+            raise ScenarioError(f"runs: {shortened(run)}, expected finished runs, or the name of a run with "
+                                "controllers=[…]")
     labels = runs if isinstance(runs, Mapping) else dict(zip(labelled([run.name for run in runs]), runs, strict=True))
     if not labels:
-        raise ScenarioError("runs: there is none, expected two or more")
+        raise ScenarioError("runs: the list is empty, expected two or more")
     (first, one), *others = labels.items()
     for label, other in others:
         same = list(one.plan.axes) == list(other.plan.axes) and np.array_equal(one.time, other.time) and all(
             np.array_equal(one[axis.reference], other[other.plan.axes[name].reference])
             for name, axis in one.plan.axes.items())
         if not same:
-            raise ScenarioError(f"{label} and {first} have other axes, times or references, expected runs under the "
+            raise ScenarioError(f"{label} and {first} differ in axes, times or references, expected runs under the "
                                 "same references")
     results = {label: replace(run.result, plan=run.plan.model_copy(update={"name": f"{one.name}@{label}"}))
                for label, run in labels.items()}

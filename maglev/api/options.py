@@ -50,12 +50,12 @@ def port_maps(given: Collection[str], options: RunOptions) -> dict[str, PortMap]
     maps = {} if ports is None else read_port_maps(Path(ports))
     for name in maps:
         if name not in given:
-            raise ScenarioError(f"{ports}: [{name}]: expected {option(name)} with it")
+            raise ScenarioError(f"{ports}: [{name}]: needs {option(name)}")
     if ports is not None and not maps:
-        raise ScenarioError(f"{option('ports', str(ports))}: expected a table [controller] or [plant] in it")
+        raise ScenarioError(f"{ports}: expected a table [controller] or [plant]")
     if options["keep_settings"] and not given:
-        raise ScenarioError(f"{option('keep_settings')}: expected {option('controller')} or {option('plant')} with it, "
-                            "which gets the settings")
+        raise ScenarioError(f"{option('keep_settings')}: needs {option('controller')} or {option('plant')}, which "
+                            "gets the settings")
     return maps
 
 

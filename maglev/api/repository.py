@@ -48,9 +48,9 @@ def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watc
     """
     folder = Path(path)
     if folder.exists():
-        raise StageError(f"{folder}: it is there already, expected the name of a new folder")
+        raise StageError(f"{folder}: already exists, expected the name of a new folder")
     if not folder.parent.is_dir():
-        raise StageError(f"{folder}: there is no folder {folder.parent}, expected one")
+        raise StageError(f"{folder}: the folder {folder.parent} does not exist")
     description = stage_named(str(stage))
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as scratch:
         made = Path(scratch) / folder.name

@@ -216,8 +216,8 @@ def run(name: Scenario, *, every: int | None = None, progress: Progress | None =
     """
     plan = load_plan(name)
     if plan.needs:
-        raise ScenarioError(f"{plan.name} starts from the results of {', '.join(sorted(plan.needs))}, "
-                            "expected run_all, which runs these before it")
+        raise ScenarioError(f"{plan.name} needs the results of {', '.join(sorted(plan.needs))}: use run_all, which "
+                            "runs these first")
     experiment, = keeping(experiments_of([plan], options), every)
     say_notes([experiment], warn)
     recording = experiment.run(progress)

@@ -65,7 +65,7 @@ class Study:
     path : Path
         The Parquet dataset, which pandas, Polars and DuckDB read.
     about : mapping
-        What its metadata say: design, limits, provenance.
+        Its metadata: design, limits, provenance.
     """
 
     def __init__(self, path: str | Path):
@@ -76,7 +76,7 @@ class Study:
         self.file = self.path.absolute()   # wherever this process goes
         self.about: Mapping[str, Any] = metadata_of(self.file)
         if not self.about:
-            raise MaglevError(f"{path}: cannot be read as the dataset of a study, expected one that maglev study wrote")
+            raise MaglevError(f"{path}: cannot be read, expected a dataset that `maglev study` wrote")
 
     @property
     def name(self) -> str:
@@ -205,7 +205,7 @@ def study(what: str | Path | StudyFile, *, vary: Vary | None = None, samples: in
 
     alone = {"samples": samples, "seed": seed or None, "keep": [*keep] or None, "name": name}
     if vary is None and (given := [option(key) for key, value in alone.items() if value is not None]):
-        raise ScenarioError(f"{', '.join(given)}: expected {option('vary')} with it, {what} says this itself")
+        raise ScenarioError(f"{', '.join(given)}: needs {option('vary')}; {what} sets this itself")
     if isinstance(what, StudyFile):
         described, path = what, Path("study")
     else:
@@ -295,7 +295,7 @@ def fmu_of(path: str, folder: Path, native: bool, everywhere: bool, say: Say) ->
         try:
             return build_written(Path(path), folder, Kind(native=True) if everywhere else HOST)
         except BuildError as error:
-            say(f"{path} runs in Python, which takes its time, for it cannot be native: {error}")
+            say(f"{path} runs in Python, which is slow, because it cannot be native: {error}")
     return build_written(Path(path), folder)
 
 
@@ -310,8 +310,8 @@ def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], 
            ) -> StudyFile:
     """Return a study of a scenario without a file; see `study`."""
     if not isinstance(scenario, str | Path):
-        raise ScenarioError(f"scenario: {shortened(scenario)}, expected its name or its file, by which each sample can "
-                            "be run again")
+        raise ScenarioError(f"scenario: {shortened(scenario)}, expected a name or a file, so that each sample can be "
+                            "run again")
     require_table(vary, "vary", ScenarioError, LIKE)
     entries = [{"set": target.split(","), **(given_values(target, values, samples is not None)
                                              if isinstance(values, str) else {"kind": "list", "values": plain(values)})}
@@ -342,7 +342,7 @@ def given_values(target: str, text: str, sampled: bool) -> dict[str, Any]:
     parts = [part.strip() for part in text.split(":")]
     percent = PERCENT.fullmatch(text.strip())
     if (percent or len(parts) == 2) and not sampled:
-        raise ScenarioError(f"{target}={text}: is a range, expected {option('samples')} with it, or FROM:TO:NUMBER")
+        raise ScenarioError(f"{target}={text}: a range needs {option('samples')}; a grid is FROM:TO:NUMBER")
     if percent:
         return {"kind": "percent", "percent": f"{percent[1]} %"}
     if len(parts) == 2:

@@ -95,7 +95,7 @@ def target(controller: Given, run: Scenario | None = None, *, stage: str | Path 
         frequency = parse_quantity(clock, "Hz")
     for name, value in (("clock", frequency), ("cycles", cycles)):
         if not 0.0 < value < inf:
-            raise ScenarioError(f"--{name} {value:g}: expected a finite number above 0")
+            raise ScenarioError(f"{name} = {value:g}: expected a finite number above 0")
     if stage is not None:
         know_stage(stage)
     controller = carried(controller)
@@ -130,5 +130,5 @@ def usual_run(definition: FmuDefinition, stage: str | Path | None) -> str | Path
             encoder.replace("encoder", "measured") for encoder in description.encoders}
         if ports <= names:
             return f"{description.name}-setpoints"
-    raise ScenarioError(f"{definition.name}: is of no stage of the project, expected {option('run')} with a run of its "
+    raise ScenarioError(f"{definition.name}: belongs to no stage of this project, needs {option('run')}: a run of its "
                         "own")

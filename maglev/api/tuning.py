@@ -87,7 +87,7 @@ def new_tuning(path: str | Path, scenario: str | Path, controller: str | Path | 
     model = plan.fmus["controller"].model
     if controller is None and (model not in controllers() or "Regulator" not in model):
         raise ScenarioError(f"{scenario}: controller = {model or plan.fmus['controller'].file}: expected an output "
-                            f"regulator, whose poles are searched, or {option('controller', 'FILE')}, a Python file")
+                            f"regulator, whose poles are tuned, or {option('controller', 'FILE')}, a Python file")
     name = seen_from(file, scenario) if str(scenario).endswith(".toml") else str(scenario)
     write_new(file, render("new/tuning.toml.j2", plan.stage, file=file.name, name=file.stem, scenario=name,
                            controller=controller and seen_from(file, controller), searched=searched))
@@ -102,8 +102,8 @@ def searched_of(controller: Path) -> list[tuple[str, float, float]]:
     found = [(name, min(0.5 * start, 2.0 * start), max(0.5 * start, 2.0 * start)) for name, start in starts.items()
              if isinstance(start, float) and start != 0.0]
     if not found:
-        raise ScenarioError(f"{controller}: parameters = {', '.join(starts) or 'none'}: expected one that is a number "
-                            "other than 0, to be searched")
+        raise ScenarioError(f"{controller}: parameters = {', '.join(starts) or 'none'}: expected at least one nonzero "
+                            "number to tune")
     return found
 
 

@@ -52,8 +52,9 @@ List the scenarios and FMUs, or show the help of a command:
     maglev list
     maglev run --help
 
-Exit codes: 0 success; 1 a check deviates, or with `--fail-on-claims` a run failed or missed a claim; 2 an error, or a
-run that did not reach its stop time; 130 after Ctrl-C; 141 if the output was cut off; 143 after SIGTERM.
+The exit code is 0 on success. It is 1 if a check deviates, or with `--fail-on-claims` if a run fails or misses a
+claim. It is 2 after an error, or if a run did not reach its stop time; 130 after Ctrl-C, 143 after SIGTERM, 141 if the
+output was cut off.
 """)
 
 

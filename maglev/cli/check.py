@@ -8,7 +8,7 @@ import typer
 import maglev
 from maglev.cli.options import Debug, Jobs, NamesOrFmus, Out, with_run_options
 from maglev.cli.terminal import one_line_errors, print_outcomes, progress_of, say
-from maglev.files.errors import ScenarioError, option
+from maglev.files.errors import ScenarioError
 from maglev.scenario.options import OPTIONS, completed_options
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def check(names: NamesOrFmus = None,
     """
     with one_line_errors(debug):
         if update and junit is not None:
-            raise ScenarioError(f"--junit {junit}: expected no --update with it, which checks nothing")
+            raise ScenarioError(f"--junit {junit}: cannot be combined with --update, which checks nothing")
         if junit is not None and not junit.name:
             raise ScenarioError(f"--junit: expected the name of a file, got '' or {junit}")
         from maglev.runs.check_outcome import exit_code, write_junit
@@ -54,9 +54,9 @@ def check(names: NamesOrFmus = None,
         fmus = [Path(name) for name in names or () if name.lower().endswith(".fmu")]
         runs = [name for name in names or () if not name.lower().endswith(".fmu")]
         if partial and not fmus:
-            raise ScenarioError("--partial: expected an FMU with it, as a scenario is always compared as a whole")
+            raise ScenarioError("--partial: needs an FMU; a scenario is always compared as a whole")
         if fmus and update:
-            raise ScenarioError(f"{fmus[0]}: expected scenarios with --update; `maglev pack ref` puts one into an FMU")
+            raise ScenarioError(f"{fmus[0]}: --update takes scenarios; `maglev pack ref` puts one into an FMU")
         if update:
             updated = maglev.update(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say,
                                     **options)
@@ -71,8 +71,8 @@ def check(names: NamesOrFmus = None,
             # An FMU alone is run as its experiments say.
             for name, value in {**options, "timeout": OPTIONS["timeout"].default, "baselines": baselines}.items():
                 if value != (OPTIONS[name].default if name in OPTIONS else None):
-                    raise ScenarioError(f"{option(name)}: expected a scenario with it, {fmus[0]} is run as its "
-                                        "experiments say")
+                    flag = OPTIONS[name].flag if name in OPTIONS else f"--{name}"
+                    raise ScenarioError(f"{flag}: needs a scenario; {fmus[0]} is run as its experiments say")
         if fmus:
             of_fmus = maglev.check_fmus(fmus, jobs=jobs, timeout=timeout, partial=partial, watch=progress_of)
             for result in of_fmus:

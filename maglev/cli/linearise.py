@@ -145,12 +145,12 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
         require_defaults("--measure", {} if measure else injection, INJECTION)
         require_defaults("one model", {} if len(names) == 1 else model, MODEL)
         if len(names) not in (1, 2, 3) or (len(names) == 3 and (files or measure)):
-            raise LinearModelError(f"{len(names)} names, expected a plant, a controller, or a plant and a controller, "
-                                   "between which a measurement of this project may stand")
+            raise LinearModelError(f"{len(names)} names, expected PLANT, CONTROLLER, PLANT CONTROLLER, or PLANT "
+                                   "MEASUREMENT CONTROLLER, the last three of this project")
         if len(names) == 1 and (openings or plot or measure):
             raise LinearModelError("--open, --measure and --plot are for loops, expected a plant and a controller")
         if not amplifier and (files or measure):
-            raise LinearModelError("--no-amplifier: expected neither a file nor --measure with it, whose loop runs as "
+            raise LinearModelError("--no-amplifier: cannot be combined with a file or --measure, whose loop runs as "
                                    "it is")
         how = {**options, "stage": stage, "sample_time": None if sample_time is None else number_or_text(sample_time),
                **{name: positive_time(text, LinearModelError, option(name, text))
@@ -178,7 +178,7 @@ def require_defaults(what: str, given: Mapping[str, Any], table: Mapping[str, tu
         kind, default = table[name]
         if value != default:
             flag = next((flag for flag in kind.__metadata__[0].param_decls), f"--{name}")
-            raise LinearModelError(f"{flag.partition('/')[2] or flag}: is for {what}, expected none without it")
+            raise LinearModelError(f"{flag.partition('/')[2] or flag}: needs {what}")
 
 
 def of_one(asked: Asked, hold: str | None, **model: Any) -> None:

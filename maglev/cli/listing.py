@@ -50,9 +50,9 @@ def list_all(words: Words = None, stage: StageFile = None, fmus: Built = Path("f
                 console.print(table)
             return
         console.print(kind_table(entries, fmus))
-        console.print("yes: built, in the cache of runs or in the folder of --fmus; no: a run builds it")
+        console.print("yes: built, in the cache or in the folder --fmus; no: a run builds it")
         console.print(scenario_table(runs))
-        console.print("maglev list WORD says more of those with the word in their names")
+        console.print("`maglev list WORD` prints details of the names with this word")
 
 
 def built_kinds(entry: "FmuEntry", fmus: Path) -> list[str]:
@@ -71,14 +71,14 @@ def built_kinds(entry: "FmuEntry", fmus: Path) -> list[str]:
 def fmu_table(entries: Sequence["FmuEntry"], fmus: Path) -> "ResultTable":
     from maglev.files.console import result_table
 
-    return result_table("", ("FMU", "built", "what it is"), (
+    return result_table("", ("FMU", "built", "description"), (
         [entry.name, ", ".join(built_kinds(entry, fmus)) or "no", entry.description] for entry in entries), left=3)
 
 
 def run_table(runs: Sequence["RunEntry"]) -> "ResultTable":
     from maglev.files.console import result_table
 
-    return result_table("", ("run", "what it is"), (
+    return result_table("", ("run", "description"), (
         [run.name, f"{run.title} (Fig. {', '.join(run.figures)})" if run.figures else run.title]
         for run in runs), left=2)
 
@@ -92,7 +92,7 @@ def kind_table(entries: Sequence["FmuEntry"], fmus: Path) -> "ResultTable":
     for entry in entries:
         suffix = next(suffix for suffix in suffixes if entry.name.endswith(suffix))
         kinds.setdefault(entry.name.removesuffix(suffix), {})[suffix] = entry
-    return result_table("", ("FMU", "what it is", *suffixes), (
+    return result_table("", ("FMU", "description", *suffixes), (
         [kind, summary(of), *("" if suffix not in of else built_word(built_kinds(of[suffix], fmus))
                               for suffix in suffixes)] for kind, of in kinds.items()), left=2)
 
@@ -126,4 +126,4 @@ def scenario_table(runs: Sequence["RunEntry"]) -> "ResultTable":
         names = [run.name.removeprefix(f"{scenario}-") for run in variants]
         rows.append([f"{scenario}-…", ", ".join(names) if len(names) <= MOST_NAMED + 1 else
                      f"{', '.join(names[:MOST_NAMED])} and {len(names) - MOST_NAMED} others"])
-    return result_table("", ("run", "what it is, or its variants"), rows, left=2)
+    return result_table("", ("run", "description, or variants"), rows, left=2)

@@ -119,8 +119,8 @@ def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="Fold
     """
     with one_line_errors(debug):
         folder = maglev.new_repository(path, stage, watch=progress_of, say=say)
-        typer.echo(f"{folder}: begin with {folder / 'README.md'}; what runs at every push installs a wheel, which "
-                   f"{folder / 'wheels' / 'README.md'} tells how to make")
+        typer.echo(f"{folder}: begin with {folder / 'README.md'}; the CI jobs install a wheel, see "
+                   f"{folder / 'wheels' / 'README.md'}")
 
 
 @new.command("stage")

@@ -83,7 +83,7 @@ def write_and_print(study: "maglev.Study") -> None:
     show_study(report_console(), table, study.about)
     typer.echo(f"results: {study.path}, {study.write_page(study.path.with_suffix('.html'))}")
     if table["failure"].null_count == 0:
-        say(f"{study.name}: none of {table.num_rows} samples was completed; of the first: {table['failure'][0]}")
+        say(f"{study.name}: no sample of {table.num_rows} completed; the first failed: {table['failure'][0]}")
         raise typer.Exit(2)
 
 

@@ -13,10 +13,9 @@ import typer
 
 import maglev
 from maglev.files.environment import require_numbers
-from maglev.files.errors import FAILURES, ended_by, in_one_line, signal_of, spelling, visible
+from maglev.files.errors import FAILURES, ended_by, in_one_line, signal_of, visible
 from maglev.files.interrupts import termination_like_interrupt
 from maglev.files.whole_file import write_whole
-from maglev.scenario.options import as_flag
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -35,7 +34,6 @@ def one_line_errors(debug: bool) -> Iterator[None]:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")   # a terminal that lacks a letter is no reason to end a run
-    in_python = spelling.set(as_flag)
     try:
         with termination_like_interrupt(), warnings.catch_warnings():
             warnings.showwarning = warn_line
@@ -48,11 +46,9 @@ def one_line_errors(debug: bool) -> Iterator[None]:
     except (RecursionError, *FAILURES) as error:
         if debug:
             raise
-        say("a file has something nested too deeply, expected expressions and tables of fewer levels (--debug: where)"
+        say("a file is nested too deeply, expected expressions and tables of fewer levels (--debug shows where)"
             if isinstance(error, RecursionError) else error)
         raise typer.Exit(2) from None
-    finally:
-        spelling.reset(in_python)
 
 
 def warn_line(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,
@@ -120,7 +116,7 @@ def run_and_print(names: list[str] | None, json: bool = False, debug: bool = Fal
         import webbrowser
 
         if not webbrowser.open(results.files[-1].resolve().as_uri()):
-            say(f"no browser was found: {results.files[-1]} is a page for any")
+            say(f"no browser was found: open {results.files[-1]} in one")
     if json:
         print_json(results.as_data())
     else:

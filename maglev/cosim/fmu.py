@@ -83,9 +83,8 @@ def read_description(name: str, path: Path) -> ModelDescription:
     """Model description of an FMU for co-simulation, FMI 2.0 or 3.0; FmuError names the fault of any other file."""
     if not regular(path).is_file():
         raise FmuError(f"{name}: there is no file {path}{other_kind(path) or nearest_file(path)}, expected an FMU; "
-                       f"without {option('fmus')} those of this project are built where they are missing, "
-                       f"`maglev build` makes them in a folder, with {option('stage', 'mine.toml')} those of a stage "
-                       "of yours")
+                       f"`maglev build` builds those of this project, with {option('stage', 'mine.toml')} those of "
+                       "your own stage")
     # Who gives the variables other names and units does it on a list of their own.
     return copy(description_at(name, path, digest_at(path)))
 
@@ -153,8 +152,8 @@ def dangling_reference(path: Path, error: KeyError) -> str:
     for element in structure.iter() if structure is not None else ():
         for attribute, value in element.attrib.items():
             if str(error.args[0]) in value.split():
-                return (f"<{element.tag} {attribute}={value!r}> in its model structure refers to a variable that is "
-                        "not there, expected a value reference of one of its variables")
+                return (f"its model structure has <{element.tag} {attribute}={value!r}>, expected the value reference "
+                        "of one of its variables")
     return ""
 
 
@@ -176,7 +175,7 @@ def other_kind(path: Path) -> str:
     for folder, chosen in folders.items():
         other = root / folder / path.name
         if folder != own and other.is_file():
-            return f", but {other}, which is taken {chosen}"
+            return f", but {other} ({chosen})"
     return ""
 
 

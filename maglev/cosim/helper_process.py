@@ -121,8 +121,8 @@ def read_apart(path: Path, timeout: float = 0.0) -> bytes:
         except Gone as gone:
             what = (f"ended the process that reads it with {gone.how}" if gone.how else
                     f"was not read within {limit:g} s" if isinstance(gone, Silent) else str(gone))
-            raise ControllerError(f"{file_of(path)[0].name}: {what}, expected a file that can be imported, and a class "
-                                  "of which an object can be made") from None
+            raise ControllerError(f"{file_of(path)[0].name}: {what}, expected an importable file, and a class that "
+                                  "can be instantiated") from None
     DESCRIPTIONS[key] = text
     return text
 

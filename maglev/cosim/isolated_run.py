@@ -204,7 +204,7 @@ class Follower:
                 rows = whole_steps(self.job.stop_time, self.job.step) + 1
                 recording = self.recording(rows, report.notes)
                 if len(recording.time) < rows:
-                    raise self.early(FmuError(f"{self.foreign()} has cut the file of the recording"))
+                    raise self.early(FmuError(f"{self.foreign()} has truncated the file of the recording"))
                 complete(recording)
                 note = self.end()
                 return Recording(recording.time, recording.columns, (*recording.notes, note)) if note else recording
@@ -240,9 +240,9 @@ class Follower:
             if self.stage != ENDING or gone.how not in ("exit code 0", ""):
                 return f"{self.name(self.stage.fmu)} {gone} in {self.stage.doing}, after the end of the run"
             if not gone.how:
-                return (f"the process of {self.foreign()} had not ended {patience:g} s after the run, and was ended "
-                        "with what it had started")
-        return (f"the process of {self.foreign()} has left what it had started, which was ended after the run"
+                return (f"the process of {self.foreign()} still ran {patience:g} s after the run, and was ended with "
+                        "its child processes")
+        return (f"the process of {self.foreign()} left child processes, which were ended after the run"
                 if self.process.left else "")
 
     def calls(self) -> int:
@@ -279,7 +279,7 @@ class Follower:
         """Error of the FMU that was called last, for the end of the process."""
         begun = self.begun()
         if self.cut or not (gone.how or isinstance(gone, Silent)):   # others were called since
-            return FmuError(f"{self.foreign()} {gone}{', after the count of calls was cut' if self.cut else ''}")
+            return FmuError(f"{self.foreign()} {gone}{', after it truncated the count of calls' if self.cut else ''}")
         fmu, doing = self.last()[1] if begun else self.stage
         return FmuError(f"{self.name(fmu)} {gone} in {doing}")
 

@@ -184,7 +184,7 @@ class Master:
         names = [setup.name for setup in setups]
         for name in names:
             if names.count(name) > 1:
-                raise FmuError(f"there are two FMUs {name}, expected a name of its own for each")
+                raise FmuError(f"two FMUs are called {name}, expected different names")
         self.order = order
         self.setups = setups
         self.connections = connections
@@ -246,7 +246,7 @@ class Master:
     def wire(self, stop_time: float, drives: Drives) -> None:
         """Prepare runs from 0 to the stop time (s); parameters and errors as in `run`."""
         if self.closed:
-            raise FmuError("the FMUs are freed, expected a run before the co-simulation is left, or another Master")
+            raise FmuError("the FMUs are freed: run before you leave the co-simulation, or make another Master")
         self.stop_time, self.steps = stop_time, self.steps_to(stop_time)
         self.block = self.steps if self.observer.whole else PROGRESS_STEPS
         for target, values in drives.items():
@@ -373,10 +373,10 @@ def step_rate(name: str, own: float, step: float, steps: int) -> Rate:
     try:
         own_rate = Rate(every=whole_steps(own, step)) if own > step else Rate(parts=whole_steps(step, own))
     except QuantityError:
-        raise FmuError(f"{name} is to be stepped with {own} s, expected a multiple of the communication step of "
-                       f"{step} s, or a whole fraction of it") from None
+        raise FmuError(f"{name}: step = {own} s, expected a multiple of the communication step, {step} s, or a whole "
+                       "fraction of it") from None
     if steps % own_rate.every:
-        raise FmuError(f"{name} is to be stepped with {own} s, expected a part of the stop time of "
+        raise FmuError(f"{name}: step = {own} s, expected a whole fraction of the stop time, "
                        f"{steps * step:.9g} s")
     return own_rate
 

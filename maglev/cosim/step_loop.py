@@ -108,8 +108,7 @@ def step_loop_key() -> str:
 def step_function(loop: Kept) -> Any:
     """C function of a library; None of another version, FmuError if it has changed since the run was made ready."""
     if not loop.intact:
-        raise FmuError(f"{loop.path}: is not the step loop that the run was made ready with, expected nobody to change "
-                       "it: `maglev build --kind native` builds it again")
+        raise FmuError(f"{loop.path}: has changed since the run was prepared; `maglev build --kind native` rebuilds it")
     try:
         loaded = ctypes.CDLL(str(loop.path.absolute()))
         loaded.maglev_step_loop_version.restype = c_uint64

@@ -149,7 +149,7 @@ def catalogue_constants(place: str, sheet: Catalogue, stage: StageDescription) -
                            f"{1e3 * motor.field.upper:g} mm, where the field is known")
     for key in ("force_constant", "attraction"):
         if getattr(sheet, key) is None and sheet.winding is None:
-            raise StageError(f"{place}.{key}: missing, expected it, or [catalogue.winding] for the formulas")
+            raise StageError(f"{place}.{key}: missing; give it, or [catalogue.winding] for the formulas")
     f1, _, f3, f4 = gap_functions(motor, at)
     _, f2, _, _ = gap_functions(motor, attraction_at)
     per_peak = 1.0 / sheet.amplitude

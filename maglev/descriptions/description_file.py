@@ -94,7 +94,7 @@ class Reader:
             self.refuse(key, f"{given!r}, expected tables, such as [{key}.x]")
         for name in given:
             if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
-                self.refuse(key, f"{name!r}, expected a name of small letters, digits and _, a letter first")
+                self.refuse(key, f"{name!r}, expected a name of lower-case letters, digits and _, a letter first")
         members = []
         for name, table in given.items():
             self.rotation = isinstance(table, dict) and table.get("rotation") is True
@@ -163,10 +163,9 @@ def of_tilting_platform(stage: StageDescription) -> Misfits:
     """Axes, stops and places of motors by which no platform can tilt."""
     if (len(stage.horizontal), len(stage.rotations)) not in ((1, 1), (2, 2)):
         yield "axes", (f"{', '.join(stage.axis_names)}, expected the air gap, one or two horizontal axes, and the "
-                       f"tilts "
-                       "about them")
+                       "tilts about them")
     if stage.design.schedule is not None:
-        yield "design.schedule", "expected none where the platform tilts"
+        yield "design.schedule", "not allowed where the platform tilts"
     if stage.motor_stop is None:
         yield "motor_stop", "missing, expected stops at the motors of a platform that tilts"
     if stage.sharing != 1.0:
@@ -190,7 +189,7 @@ def of_names(stage: StageDescription) -> Misfits:
     for place, names in (("axes", stage.axis_names), ("motors", stage.motor_names)):
         for name in names:
             if name in own_names() or (name in stage.axis_names and place == "motors"):
-                yield f"{place}.{name}", f"{name!r}, expected another name: blocks have something called so"
+                yield f"{place}.{name}", f"{name!r}, expected another name: blocks use this one"
 
 
 def of_whole_numbers(stage: StageDescription) -> Misfits:
@@ -206,7 +205,7 @@ def of_motors(stage: StageDescription) -> Misfits:
     for motor in stage.unlike:
         for key, given in (("schedule", stage.design.schedule), ("table", stage.design.table)):
             if given is not None:
-                yield f"design.{key}", f"expected none next to motors.{motor.name}, which has numbers of its own"
+                yield f"design.{key}", f"not allowed next to motors.{motor.name}, which has its own constants"
     for motor in stage.motors:
         if motor.drives not in horizontal:
             yield f"motors.{motor.name}.drives", f"{motor.drives!r}, expected one of {', '.join(horizontal)}"
@@ -227,7 +226,7 @@ def of_axes(stage: StageDescription) -> Misfits:
                 f"{stage.longest_step:g} s follows it")
     for axis in stage.horizontal:
         if not stage.motors_of(axis.name):
-            yield f"axes.{axis.name}", "no motor drives it, expected one of the motors to"
+            yield f"axes.{axis.name}", "no motor drives it, expected at least one"
 
 
 def of_constants(stage: StageDescription) -> Misfits:
@@ -236,5 +235,5 @@ def of_constants(stage: StageDescription) -> Misfits:
     for place, constants in zip(("plant", "model", "estimator.guess", "estimator.weight"), stage.constant_sets,
                                 strict=True):
         if list(constants.thrust) != horizontal:
-            yield f"{place}.thrust", (f"of {', '.join(constants.thrust) or 'no axis'}, expected of "
+            yield f"{place}.thrust", (f"for {', '.join(constants.thrust) or 'no axis'}, expected for "
                                       f"{', '.join(horizontal)}")

@@ -62,8 +62,8 @@ def stale(name: str, path: Path) -> str:
     if not path.is_file() or same(name, path):
         return ""
     path = original(path)
-    return (f"{from_here(path)} is not the {name} that this installation builds now: `{build_command(name, path)}` "
-            "builds it again")
+    return (f"{from_here(path)} is not the {name} that this installation builds; `{build_command(name, path)}` "
+            "rebuilds it")
 
 
 def build_command(name: str, path: Path) -> str:
@@ -87,10 +87,9 @@ def kind_folder(fmus: Path, native: bool, fmi: int = 2, clocked: bool = False) -
     ScenarioError for a version of FMI that there is not, or clocks in another than FMI 3.0.
     """
     if clocked and fmi != 3:
-        raise ScenarioError(f"{option('clocked', True)}: expected {option('kind', 'native')} and {option('fmi', 3)} "
-                            "with it")
+        raise ScenarioError(f"{option('clocked', True)}: needs {option('kind', 'native')} and {option('fmi', 3)}")
     if fmi not in (2, 3) or (fmi == 3 and not native):
-        raise ScenarioError(f"{option('fmi', fmi)}: expected 2, or 3 and {option('kind', 'native')} with it")
+        raise ScenarioError(f"{option('fmi', fmi)}: expected 2, or 3 with {option('kind', 'native')}")
     return fmus / ("clocked" if clocked else "fmi3" if fmi == 3 else "native") if native else fmus
 
 
@@ -98,10 +97,10 @@ def definition(name: str) -> FmuDefinition:
     """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
     if name not in STAGES.definitions():
         if name.endswith(".toml"):
-            raise BuildError(f"{name}: expected the name of an FMU; those of your own stage: {option('stage', name)}")
+            raise BuildError(f"{name}: expected the name of an FMU; for your own stage give {option('stage', name)}")
         known = [*STAGES.definitions(), *STAGES.systems()]
-        raise BuildError(f"there is no FMU {name}, {nearest(name, known, '.py')}, expected one "
-                         f"that `maglev list` lists, {or_of_own_stage()}")
+        raise BuildError(f"there is no FMU {name}, {nearest(name, known, '.py')}, expected one from `maglev list`, "
+                         f"{or_of_own_stage()}")
     return STAGES.definition(name)
 
 

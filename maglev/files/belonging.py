@@ -25,5 +25,5 @@ def stranger(path: Path) -> str:
     except (OSError, ValueError, KeyError, TypeError):
         return ""
     return "" if digest_at(path) == expected else (
-        f"is not the file that {beside.name} next to it is of: it was edited, or is of another run; expected both of "
+        f"does not belong to {beside.name} next to it: one of them was edited or is of another run; expected both of "
         "one run, or this file alone")

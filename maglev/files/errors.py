@@ -29,8 +29,7 @@ import copyreg
 import json
 import re
 import signal
-from collections.abc import Callable, Collection, Iterable, Sequence
-from contextvars import ContextVar
+from collections.abc import Collection, Iterable, Sequence
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
@@ -45,23 +44,16 @@ MOST_NAMED = 3       # names in a row, where there are many
 HIDDEN = ("Cc", "Cf", "Cs")   # categories of control characters, such that reorder or join others, and surrogates
 
 
-def in_python(name: str, value: object) -> str:
-    """An option as an argument of a function."""
-    return name if value is None else f"{name}={value!r}" if isinstance(value, str) else f"{name}={value}"
-
-
-spelling: ContextVar[Callable[[str, object], str]] = ContextVar("spelling", default=in_python)
-"""The notation of options in messages: Python's, unless the command line has set its own."""
-
-
 def option(name: str, value: object = None) -> str:
-    """An option, with its value, in the reader's notation: step=-1 in Python, --step -1 on the command line."""
-    return spelling.get()(name, value)
+    """Return an option as messages write it, in Python and on the command line alike: step = -1."""
+    if isinstance(value, dict):
+        return f"{name}: {', '.join(f'{key} = {entry}' for key, entry in value.items())}"
+    return name if value is None or isinstance(value, bool) else f"{name} = {value}"
 
 
 def or_of_own_stage() -> str:
     """Return the alternative to the name of an FMU of this project, for a message."""
-    return f"or with {option('stage', 'mine.toml')} one of your own stage"
+    return f"or one of your own stage, with {option('stage', 'mine.toml')}"
 
 
 class Sendable:

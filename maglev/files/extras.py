@@ -13,4 +13,4 @@ def lacking(module: str, extra: str, user: str) -> str:
     package = module.partition(".")[0]
     if find_spec(package) is not None:
         return ""
-    return f"{user} needs {package}, expected it to be installed: {installing(extra)}, with the Python that runs maglev"
+    return f"{user} needs {package}; install it with the Python that runs maglev: {installing(extra)}"

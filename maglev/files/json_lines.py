@@ -56,7 +56,7 @@ def as_json(value: Any) -> Any:
         return {"error": packed_error(value)}
     kind = type(value)
     if not is_own(kind):
-        raise TypeError(f"a {kind.__name__} cannot be said to another process")
+        raise TypeError(f"a {kind.__name__} cannot be sent to another process")
     held = {name: getattr(value, name) for name in kind._fields} if isinstance(value, tuple) else vars(value)
     return {"own": [kind.__module__, kind.__name__, {name: as_json(entry) for name, entry in held.items()}]}
 

@@ -38,7 +38,7 @@ def only_writer(path: Path, wait: float = 0.0) -> Iterator[None]:
     while True:
         path.parent.mkdir(parents=True, exist_ok=True)
         if os.path.lexists(path) and not stat.S_ISREG(path.lstat().st_mode):   # a pipe would wait for ever
-            raise NoLock(errno.EINVAL, "what lies there is no file", str(path))
+            raise NoLock(errno.EINVAL, "it is not a file", str(path))
         try:
             file = path.open("a")
         except OSError as error:   # neither could the file itself be written

@@ -26,6 +26,6 @@ def require_own_packages() -> None:
         file = None if spec is None else spec.origin or next(iter(spec.submodule_search_locations or ()), None)
         if file is None or HERE not in Path(file).resolve().parents:
             raise MaglevError(f"import {name}: finds {file or 'nothing'}, expected the package of maglev-fmus in "
-                              f"{HERE / name}: give the other one another name, or leave its folder out of Python's "
-                              "path (`maglev` instead of `python -m maglev`, or `python -P`)")
+                              f"{HERE / name}: rename the other one, or run `maglev` or `python -P` instead of "
+                              "`python -m maglev`")
         import_module(name)

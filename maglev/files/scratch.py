@@ -64,7 +64,7 @@ def naming_full(folder: Path) -> Iterator[None]:
     except OSError as error:
         if error.filename is not None or error.errno not in (errno.ENOSPC, errno.EDQUOT):
             raise
-        raise OSError(error.errno, f"{error.strerror} for temporary files, TMPDIR names another folder for them",
+        raise OSError(error.errno, f"{error.strerror} for temporary files; TMPDIR sets another folder",
                       str(folder.parent)) from error
 
 

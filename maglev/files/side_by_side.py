@@ -85,7 +85,7 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
                 if process is not heard or said is None:
                     gone = process.gone()
                     what = f"ended with {gone.how}" if gone.how else f"{gone}"
-                    result = died(name, f"the process {what}, expected a result before that")
+                    result = died(name, f"the process {what} before it gave a result")
                     process.end()
                 elif said.kind == "interrupt":
                     result = died(name, said.what)

@@ -137,7 +137,7 @@ class DataTable:
             # A field that is missing is named as such.
             lacking = self.names[len(row.fields)] if len(row.fields) < len(self.names) else ""
             values = f"{len(row.fields)} value{'' if len(row.fields) == 1 else 's'}"
-            raise CsvError(self.path, f"row {row.line} has {values}, expected {len(self.names)} as the header has"
+            raise CsvError(self.path, f"row {row.line} has {values}, expected {len(self.names)} as in the header"
                                       f"{f': {lacking} is missing' if lacking else ''}")
 
     def line(self, k: int) -> int:

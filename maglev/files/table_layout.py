@@ -149,8 +149,8 @@ def header_of(rows: Sequence[Row], width: int, numeric: Sequence[int], decimal: 
                 return row.fields, [], k + 1, True
     other = next((row for row in rows[:first] if not numbers(row) and len(row.fields) > 1), None)
     if other is not None and first < len(rows):
-        raise CsvError(path, f"row {rows[first].line} has {width} values, expected {len(other.fields)} as the "
-                             "header has: decimal commas need semicolons or tabs between columns")
+        raise CsvError(path, f"row {rows[first].line} has {width} values, expected {len(other.fields)} as in the "
+                             "header; decimal commas need semicolons or tabs between columns")
     first_row = "numbers" if numbers(rows[0]) else shortened(rows[0].fields)
     raise CsvError(path, f"row {rows[0].line} is {first_row}, {NAMES}")
 

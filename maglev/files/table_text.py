@@ -11,7 +11,7 @@ MARKS = ((b"\xff\xfe\0\0", "utf-32", "UTF-32"), (b"\0\0\xfe\xff", "utf-32", "UTF
          (b"\xef\xbb\xbf", "utf-8-sig", ""), (b"\xff\xfe", "utf-16", "UTF-16"), (b"\xfe\xff", "utf-16", "UTF-16"))
 OTHER_FORMATS = {b"PK\x03\x04": "is an archive or a workbook", b"\xd0\xcf\x11\xe0": "is a workbook",
                  b"\x89HDF": "is HDF5", b"MATLAB 5.0": "is a MAT file", b"\x1f\x8b": "is compressed"}
-NO_TEXT = "is no text, expected a CSV file: export the data as CSV in UTF-8"
+NO_TEXT = "is not text, expected a CSV file: export the data as CSV in UTF-8"
 CONTROLS = re.compile(r"[\0-\x08\x0e-\x1f\x7f-\x84\x86-\x9f]")   # in no text; of Latin-1 as well
 ENOUGH = 4096   # bytes that tell an encoding
 
@@ -20,7 +20,7 @@ def file_bytes(path: Path) -> bytes:
     """Content of a regular file; CsvError if it cannot be read, or is a pipe or a device, which may never end."""
     try:
         if path.is_dir():
-            raise CsvError(path, "cannot be read: is a folder, expected a file")
+            raise CsvError(path, "is a folder, expected a file")
         return regular(path).read_bytes()
     except OSError as error:
         raise CsvError(path, f"cannot be read: {error.strerror}{nearest_file(path)}") from None

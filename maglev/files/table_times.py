@@ -59,9 +59,9 @@ def times_of(table: DataTable, name: str, guess: bool = False) -> Times:
         if not told and not SHORTEST <= step <= LONGEST:
             unit = next((unit for unit in UNITS if SHORTEST <= step * unit_of(unit).factor <= LONGEST), "")
             if unit:
-                table.assume(f"{name} is taken to be in {unit}, for it has a row every {step:.6g}")
+                table.assume(f"assumed {name} in {unit}, because it has a row every {step:.6g}")
         if numbers[0] * unit_of(unit or "s").factor >= EPOCH:
-            table.assume(f"{name} counts from {numbers[0]:.15g} on, the first row")
+            table.assume(f"{name} starts at {numbers[0]:.15g}, the first row")
             numbers = numbers - numbers[0]
     if told and unit != "s":
         numbers = table.converted(numbers, name, unit, "s")
@@ -132,10 +132,10 @@ def even(table: DataTable, times: Times, gaps: Gaps = "refuse") -> Even:
                      f"{time[begin]:.9g} s to {time[end - 1]:.9g} s")
     elif len(uneven) and gaps == "refuse":
         raise refusal(table, times, int(uneven[0]), f"expected {time[uneven[0] - 1] + dt:.9g} ± {JITTER:.0%} of the "
-                      f"sample time {dt:.6g} s; {gap_words(time, step, uneven, dt)}: {option('gaps', 'fill')} makes "
-                      f"straight lines over them, {option('gaps', 'longest')} takes the longest part without one")
+                      f"sample time {dt:.6g} s; {gap_words(time, step, uneven, dt)}: {option('gaps', 'fill')} fills "
+                      f"them with straight lines, {option('gaps', 'longest')} takes the longest part without one")
     elif len(uneven):
-        table.assume(f"{gap_words(time, step, uneven, dt)}: straight lines are over them")
+        table.assume(f"{gap_words(time, step, uneven, dt)}: filled with straight lines")
     part, kept = time[begin:end], slice(begin, end)
     apart = np.abs(np.diff(part) - dt)
     if len(part) < 3 or float(apart.max()) <= UNEVEN * dt:
@@ -151,7 +151,7 @@ def gap_words(time: Array, step: Array, uneven: NDArray[np.intp], dt: float) -> 
     """How many places are not even, and where the longest gap is."""
     k = int(uneven[np.argmax(step[uneven - 1])])
     places = f"{len(uneven)} place{'' if len(uneven) == 1 else 's'}"
-    return f"{places} with uneven times, the longest step of {step[k - 1]:.6g} s from {time[k - 1]:.9g} s on"
+    return f"{places} with uneven times, the longest step is {step[k - 1]:.6g} s after {time[k - 1]:.9g} s"
 
 
 def refusal(table: DataTable, times: Times, k: int, expectation: str) -> CsvError:

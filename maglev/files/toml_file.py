@@ -8,7 +8,7 @@ from maglev.files.errors import ScenarioError, in_one_line, key_path, nearest_fi
 from maglev.files.regular_file import regular
 
 DEEPEST = 50   # tables or lists in each other
-NESTED = "TOML syntax: tables or lists nested too deeply, expected some levels"
+NESTED = "TOML syntax: tables or lists are nested too deeply, expected fewer levels"
 
 
 def toml_text(path: Path) -> str:

@@ -22,7 +22,7 @@ from threading import Thread
 from traceback import format_exc
 from typing import Any, Literal, NamedTuple
 
-from maglev.files.errors import FAILURES, in_one_line, spelling
+from maglev.files.errors import FAILURES, in_one_line
 from maglev.files.interrupts import held_interrupts, interrupts_blocked, terminate
 from maglev.files.json_lines import line_of, value_of
 from maglev.files.programs import end_with_children
@@ -105,8 +105,8 @@ class WorkerProcess:
         self.inbox.put((self, None))
 
     def ask(self, task: Task | None) -> None:
-        """Have a task done in the folder of this process, whose messages spell options as here; None asks it to end."""
-        self.send(pickle.dumps(task and (os.getcwd(), spelling.get(), task)))
+        """Have a task done in the folder of this process; None asks it to end."""
+        self.send(pickle.dumps(task and (os.getcwd(), task)))
 
     def send(self, frame: object) -> None:
         assert self.process.stdin is not None
@@ -242,9 +242,8 @@ def serve(folder: str | None) -> None:
     caught = (Exception,) if folder else ()   # of a task of ours it is a bug, which ends the process
     with suppress(ConnectionError, *asked):   # nobody wants to know, or more
         while (task := pickle.loads(tasks.get())) is not None:
-            folder_here, spelled, work = task
+            folder_here, work = task
             os.chdir(folder_here)
-            spelling.set(spelled)
             if not folder:
                 signal.signal(signal.SIGTERM, terminate)
             try:

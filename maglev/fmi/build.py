@@ -45,7 +45,7 @@ def begin(names):
 
 ENTRY = '''"""Entry module of {name}: pythonfmu's binary finds it by slavemodule.txt and executes it for every instance.
 
-What is defined in it stays for as long as the process lives, once for each instance; so nothing is.
+It defines nothing, because a definition would stay for each instance as long as the process lives.
 """
 
 from {code}.slave import {name}, begin  # noqa: F401

@@ -28,11 +28,11 @@ REFUSED_VALUE = 1000   # status: this and the number of a variable that is no nu
 ABOUT = """\
 {name}: {description}.
 
-Once every {period} s (sample_time), {name}_sample takes inputs and gives outputs, all in SI units. Before,
-{name}_init gives all parameters the values that are said below, and {name}_start computes what follows from them: in
-between they can be set, those that are tunable also later. Each function returns 0, or the status of what it refuses:
-a sample that is refused is not taken, and its outputs stay as they are. There is no library and no memory that is
-allocated; several controllers share nothing.
+Call {name}_sample every {period} s (sample_time): it takes inputs and gives outputs, all in SI units. Before that,
+{name}_init sets all parameters to the values below, and {name}_start computes the quantities that follow from them.
+Parameters can be set between these calls, and tunable ones also later. Each function returns 0, or the status of a
+refusal: a refused sample is not taken, and its outputs do not change. The code needs no library and allocates no
+memory. Several controllers share nothing.
 
 {maker}, of the source of the FMU of this name, with its bits if the compiler neither contracts a product and a sum
 (-ffp-contract=off) nor is told to be fast (-ffast-math)."""

@@ -174,7 +174,7 @@ class BlockSlave(Fmi2Slave):
                           "where the step before ended")
         # FMI 2.0.4, fmi2SetupExperiment: an error. The clock of a master that adds up its steps may have drifted.
         if end > self.stop_time + CONTINUITY * step_size + rounding:
-            raise self.refused(f"communication step to {end} s, expected none beyond the stop time, {self.stop_time} s")
+            raise self.refused(f"communication step to {end} s, expected at most the stop time, {self.stop_time} s")
         resolution = RESOLUTION * (abs(current_time) + step_size)
         step = step_size
         if self.sampling and resolution > FITTING * step_size:
@@ -233,7 +233,7 @@ class BlockSlave(Fmi2Slave):
         variable = self.variables[vr]
         if variable.boolean != boolean:
             raise self.refused(f"{variable.name} is {'a Boolean' if variable.boolean else 'a Real'} variable, "
-                          f"expected access to it as such")
+                          f"expected a call for that type")
         return variable
 
     def prepare_getter(self, vrs: tuple[int, ...], boolean: bool) -> Callable[[Any], tuple[Any, ...]]:

@@ -112,23 +112,23 @@ def warnings_of(data: RowData, diagnostics: RowDiagnostics, estimate: Estimate) 
     """Warnings for users of the constants of a row, one plain sentence each."""
     names, axis = data.row.constants, data.row.axis
     if not diagnostics.excited:
-        return [f"{', '.join(names)}: cannot be identified, for nothing in this recording of axis {axis} tells "
-                f"{'it' if len(names) == 1 else 'them'}: move all axes, as with the excitation of section 4.3.1 or 5.3"]
+        return [f"{', '.join(names)}: cannot be identified from this recording of axis {axis}: move all axes, as with "
+                "the excitation of section 4.3.1 or 5.3"]
     told = []
     for name, error, other in zip(names, diagnostics.standard_error, diagnostics.with_friction, strict=True):
         value = estimate.final[name]
         if value <= 0.0:
-            told.append(f"{name}: cannot be identified, {value:.4g} comes out where only more than 0 can be")
+            told.append(f"{name}: cannot be identified, its estimate is {value:.4g}, expected more than 0")
         elif error > UNIDENTIFIABLE * value:
-            told.append(f"{name}: cannot be identified, its standard error is {error / value:.0%} of its value: what "
-                        f"it does to axis {axis} is lost in what the model leaves unexplained there")
+            told.append(f"{name}: cannot be identified, its standard error is {error / value:.0%} of its value: its "
+                        f"effect on axis {axis} is smaller than the unexplained motion")
         elif abs(other - value) > HELD_BACK * value:
-            told.append(f"{name}: friction may be counted in, or epsilon be too large for this motion: with terms for "
-                        f"friction least squares give {other:.4g} instead of {value:.4g}")
+            told.append(f"{name}: may contain friction, or epsilon is too large: least squares with friction terms "
+                        f"give {other:.4g} instead of {value:.4g}")
     for i in range(len(names)):
         for k in range(i):
             together = diagnostics.correlation[i, k]
             if abs(together) > RELATED:
-                told.append(f"{names[k]} and {names[i]}: only a combination of them is known well, their correlation "
-                            f"is {together:.3f}")
+                told.append(f"{names[k]} and {names[i]}: only a combination of them is well determined, their "
+                            f"correlation is {together:.3f}")
     return told

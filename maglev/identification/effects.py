@@ -132,6 +132,6 @@ def judge_description(data: RowData, effects: Sequence[Effect], by_effect: Seque
             if growth > WORTH * (before + 2.0 * errors[name]):
                 grown.append(f"of {name} from {before:.2g} to {bound[name]:.2g}")
         if grown:
-            told.append(f"axis {axis}: the recording does not fit the description: it shows {found:.2g} ± "
+            told.append(f"axis {axis}: the recording contradicts the description: it shows {found:.2g} ± "
                         f"{2.0 * error:.1g} times the {effect.name} there, so the bound grows {', '.join(grown)}")
     return told

@@ -84,8 +84,8 @@ def chosen_stage(table: DataTable, stage_name: str | None) -> EstimatedStage:
     if stage_name is not None:
         return estimated_stage(stage_named(stage_name))
     if plant := own_plant(table.path):
-        raise IdentificationError(f"{table.path}: is of a run of {plant}, expected {option('stage', 'mine.toml')}, the "
-                                  "description of its stage, with it")
+        raise IdentificationError(f"{table.path}: records a run of {plant}, needs {option('stage', 'mine.toml')}, the "
+                                  "description of its stage")
     present = {stage.name: sum(has_axis(table, stage, axis) for axis in stage.axes)
                for stage in ESTIMATED_STAGES.values()}
     best = max(present, key=lambda name: present[name] / len(ESTIMATED_STAGES[name].axes))
@@ -93,8 +93,8 @@ def chosen_stage(table: DataTable, stage_name: str | None) -> EstimatedStage:
     # What has the positions of all axes of a stage and tilts besides is of the stage that tilts.
     whole = [stage.name for stage in complete if not any({*stage.axes} < {*other.axes} for other in complete)]
     if len(whole) > 1:
-        raise IdentificationError(f"{table.path}: has the positions of {' and '.join(whole)}, expected "
-                                  f"{' or '.join(option('stage', name) for name in whole)} with it")
+        raise IdentificationError(f"{table.path}: has the positions of {' and '.join(whole)}, needs "
+                                  f"{' or '.join(option('stage', name) for name in whole)}")
     if present[best] == 0:
         axes = " or ".join(f"{', '.join(stage.axes)} ({stage.name})" for stage in ESTIMATED_STAGES.values())
         raise IdentificationError(f"{table.path}: no column of a position, expected {axes}; its columns are "
@@ -173,15 +173,14 @@ def check_positions(table: DataTable, stage: EstimatedStage, units: Mapping[str,
     gap = float(np.median(positions[:, gaps[0]]))
     for least, unit in ((5e3, "µm"), (5.0, "mm"), (0.5, "cm")):
         if gap >= least:
-            raise table.refusal(names[gaps[0]], 0, f"expected an air gap in m, such as 0.020: looks like {unit}, "
-                                f"which {option('units', {names[gaps[0]]: unit})} says")
+            raise table.refusal(names[gaps[0]], 0, f"expected an air gap in m, such as 0.020: for {unit} give "
+                                                   f"{option('units', {names[gaps[0]]: unit})}")
     for k, (name, unit) in enumerate(units.items()):
         field = stage.motor.field
         lower, upper = (field.lower, field.upper) if k in gaps else (-LARGEST_TRAVEL, LARGEST_TRAVEL)
         outside = np.flatnonzero((positions[:, k] < lower) | (positions[:, k] > upper))
         if len(outside):
-            hint = "" if k in gaps else (f": looks like m{unit} or µ{unit}, which "
-                                         f"{option('units', {name: f'm{unit}'})} says")
+            hint = "" if k in gaps else (f": for m{unit} give {option('units', {name: f'm{unit}'})}")
             raise table.refusal(name, int(outside[0]), f"expected {lower} to {upper} {unit}{hint}")
 
 
@@ -201,8 +200,8 @@ def motor_currents(table: DataTable, stage: EstimatedStage, motor: str, displace
     for name, current in zip(used, currents, strict=True):
         outside = np.flatnonzero(np.abs(current) > LARGEST_CURRENT)
         if len(outside):
-            raise table.refusal(name, int(outside[0]), f"expected a current within ±{LARGEST_CURRENT} A: looks like "
-                                               f"mA, which {option('units', {name: 'mA'})} says")
+            raise table.refusal(name, int(outside[0]), f"expected a current within ±{LARGEST_CURRENT} A: for mA give "
+                                                       f"{option('units', {name: 'mA'})}")
     currents = [times.resample(current) for current in currents]
     if None not in direct:
         return currents[0], currents[1]

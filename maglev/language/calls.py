@@ -166,7 +166,7 @@ class Calls(Expressions):
 
     def computed(self, node: ast.Call, name: str, values: tuple[Expr, ...]) -> Expr:
         """A function of `math`; where its values are looked at too, they are computed once."""
-        site = self.float_site(node, f"{name} of what has none")
+        site = self.float_site(node, f"{name} has no result")
         if site is not None:
             values = tuple(self.temporary(each) if calls(each) else each for each in values)
         return Operation(name, values, FLOAT, site)
@@ -199,7 +199,7 @@ class Calls(Expressions):
                 raise self.refusal(node, f"{ast.unparse(node)}: expected a list of Booleans")
             return Logic({"any": "or", "all": "and"}[name], tuple(elements)) if elements else Const(name == "all", BOOL)
         if elements and source.type.item != INT:
-            raise self.refusal(node, "sum() of floats is another one from Python 3.12 on: expected a for")
+            raise self.refusal(node, "sum() of floats differs from Python 3.12 on: expected a for")
         total: Expr = Const(0, INT)
         for element in elements:
             total = self.operation(node, ast.Add(), total, element)

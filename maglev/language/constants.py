@@ -37,7 +37,7 @@ def constant_attributes(layout: Layout, block: Any, functions: Iterable[Function
                         ) -> dict[Place, Any]:
     """Return, by struct and attribute, the values that all its objects share and that no function assigns.
 
-    `settable` are the paths, such as "axes[0].locked", of what is assigned from outside.
+    `settable` are the paths of attributes that are assigned from outside, such as "axes[0].locked".
     """
     changed = {place for function in functions for place in assigned(function)} | {
         place_of(layout, path) for path in settable}

@@ -414,7 +414,7 @@ class Program(Reader):
         """Fill in the body of a function."""
         reader = Statements(self, function)
         if node.decorator_list:
-            raise reader.refusal(node, f"a decorator of {node.name}: expected none")
+            raise reader.refusal(node, f"a decorator of {node.name}: expected a plain def")
         reader.block(node.body, function.body)
         if function.results and not reader.ended:
             raise reader.refusal(node, f"{node.name} may end without a return: expected one on every way")

@@ -79,7 +79,7 @@ def commanded(name: str, description: StageDescription, block: Any, stage: Any, 
         change = np.linalg.solve(by_current @ derivatives(block, {"sample": ()}, integrals, commands), rates)
         for path, step in zip(integrals, change.tolist(), strict=True):
             write(block, path, read(block, path) - step)
-    raise LinearModelError(f"{name} at {at}: comes to no rest, expected a larger gap or other constants")
+    raise LinearModelError(f"{name} at {at}: has no equilibrium, expected a larger gap or other constants")
 
 
 def has(axis: Any, state: str) -> bool:

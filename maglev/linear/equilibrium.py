@@ -146,9 +146,9 @@ def solve(place: str, description: StageDescription, block: Any, places: MotorPl
     a = 0.5 * (b - float(slopes[0, 0::2].sum()))
     discriminant = b * b - 4.0 * a * c
     if discriminant <= 0.0:
-        raise LinearModelError(f"{place}: no direct current holds the mover, for the coils can push it off by "
-                               f"{b * b / (4.0 * a) if a else 0.0:.3g} m/s² and it is attracted by {c:.3g} m/s² more "
-                               "than gravity, expected a larger gap or other constants")
+        raise LinearModelError(f"{place}: no direct current holds the mover: the coils push it off by at most "
+                               f"{b * b / (4.0 * a) if a else 0.0:.3g} m/s², the attraction exceeds gravity by "
+                               f"{c:.3g} m/s², expected a larger gap or other constants")
     currents[0::2] = 2.0 * c / (b + sqrt(discriminant))
     if description.rotations:
         split = None if split is None else at_rest(description, split, positions)

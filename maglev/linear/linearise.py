@@ -40,9 +40,9 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
         A plant such as "Plant3DOF", a controller such as "Regulator3DOF", "AdaptiveRegulator2DOF", "PID3DOF", or
         "Measurement3DOF".
     at : mapping of str to float or str, or Equilibrium
-        Position of each axis, m or rad or text such as "25 mm": the air gap, `v` or `y`, must be there, the others are
-        0 if not given. Of a controller alone, the currents are then those of its own model; with the equilibrium of a
-        plant, as in `linearise("Regulator3DOF", plant.equilibrium)`, it is linearised where that plant rests.
+        Position of each axis, m or rad or text such as "25 mm". The air gap, `v` or `y`, is required, the others are
+        0 by default. A controller alone gets the currents of its own model; with the equilibrium of a plant, as in
+        `linearise("Regulator3DOF", plant.equilibrium)`, it is linearised where that plant rests.
     currents : {"dq", "phases"}
         Inputs of a plant, outputs of a controller: direct and quadrature currents or phase currents. Those in d and q
         are commutated with the true displacement at every moment, or, where they are held, with that at the sample.
@@ -83,7 +83,7 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
         raise LinearModelError(f"currents = {currents!r}, expected {one_of(str(currents), get_args(Currents))}")
     block = block_of(name, parameters or {})
     if hold is not None and name not in linear_names(stage)[:1]:
-        raise LinearModelError(f"{name}: hold = {hold}, expected none: it is sampled at its sample_time")
+        raise LinearModelError(f"{name}: hold = {hold}: not possible, it is sampled at its sample_time")
     if name in measurements():
         return linear_measurement(name, stage, block, resting(name, block, at))
     if name in controllers():

@@ -253,8 +253,8 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
                              at_rest(rest.stage, stage, rest.positions), rest)
         controller = linearise(controller, rest, currents=currents, parameters=controller_parameters)
     elif controller_parameters:
-        raise LinearModelError(f"{controller.name}: controller_parameters = {dict(controller_parameters)}, expected "
-                               "none with a linear model")
+        raise LinearModelError(f"{controller.name}: controller_parameters = {dict(controller_parameters)}: a linear "
+                               "model takes no parameters")
     if controller.sample_time is None:
         raise LinearModelError(f"{controller.name}: continuous in time, expected a sampled controller")
     if measurement is not None:

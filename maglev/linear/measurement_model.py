@@ -28,7 +28,7 @@ def linear_measurement(name: str, stage: StageDescription, block: Any, at: Equil
         faults |= {f"{owner}.lost": encoder.lost, f"{owner}.frozen": encoder.frozen}
     for fault, value in faults.items():
         if value:
-            raise LinearModelError(f"{name}: {fault} = {value}, expected none: chance and faults have no linear model")
+            raise LinearModelError(f"{name}: {fault} = {value}, expected 0: noise and faults have no linear model")
     instant, whole = block.instant, 0
     if instant.late:
         instant.advance(0, 0, block.sample_time)

@@ -94,8 +94,8 @@ class LinearModel:
         """Raise for entries that are no finite numbers."""
         if not all(np.all(np.isfinite(matrix)) for matrix in (self.A, self.B, self.C, self.D)):
             at = "" if self.sample_time is None else f", held for {self.sample_time:g} s"
-            raise LinearModelError(f"{self.name}{at}: its linear model is beyond all numbers, expected a time and "
-                                   "parameters nearer to those of the stage")
+            raise LinearModelError(f"{self.name}{at}: its linear model overflows, expected a time and parameters "
+                                   "nearer to those of the stage")
 
     def __repr__(self) -> str:
         every = "continuous" if self.sample_time is None else f"every {self.sample_time:g} s"

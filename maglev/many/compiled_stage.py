@@ -205,10 +205,10 @@ def closed() -> NoReturn:
 def loaded(name: str, folder: Path) -> Fmu:
     path = own_fmu(name, folder)
     if not path.is_file():
-        raise FmuError(f"there is no file {path}, expected a native FMU: `maglev build --kind native` makes those of "
-                       "this project in a folder, and without fmus= they are built where they are missing")
+        raise FmuError(f"there is no file {path}, expected a native FMU: `maglev build --kind native` builds it; "
+                       "without fmus= missing ones are built")
     if old := stale(name, path):
-        raise FmuError(f"{old}, and nothing else runs in the process of an environment")
+        raise FmuError(f"{old}; an environment runs no other FMU")
     return Fmu(name, path, read_description(name, path))
 
 

@@ -112,7 +112,7 @@ def run_there(client: Client, job: Job, batches: list[Batch], values: Array, sto
         deadly = list(run_in_turn(client, plugin.name, batches, values, store))
         for batch in run_in_turn(client, plugin.name, deadly, values, store, apart=True):
             store(gathered(job, batch.first, [
-                failed_sample(job, "every process that ran it died") for _ in batch.samples]))
+                failed_sample(job, "every process that ran it ended early") for _ in batch.samples]))
     finally:
         with suppress(OSError, KeyError):   # a worker that is ending, or has just come, has nothing to remove
             client.unregister_worker_plugin(plugin.name)
@@ -141,7 +141,7 @@ def run_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array
             except KilledWorker:
                 yield batch
             except OSError as error:
-                raise MaglevError(f"a worker cannot go on: {in_one_line(error)}") from error
+                raise MaglevError(f"a worker stopped: {in_one_line(error)}") from error
             else:
                 store(result)
             future.release()

@@ -164,8 +164,8 @@ def read_dataset(path: Path) -> pa.Table:
     try:
         return pa.Table.from_batches(batches_as_written(path), pq.read_schema(regular(path)))
     except (OSError, ValueError, pa.ArrowException) as error:
-        raise MaglevError(f"{path}: {in_one_line(error)}, expected the dataset of a study as it was written; "
-                          "`maglev study` writes it again") from None
+        raise MaglevError(f"{path}: {in_one_line(error)}, expected the unchanged dataset of a study; `maglev study` "
+                          "writes it again") from None
 
 
 def batches_as_written(path: Path) -> Iterator[pa.RecordBatch]:

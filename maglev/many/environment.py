@@ -176,8 +176,8 @@ class StageEnv(gymnasium.Env[Array, Array]):
             drawn["measurement"] = self.measurement.draw(self.np_random, given["measurement"])
             seed_of["seed"] = float(self.np_random.integers(MOST_SEEDS))
         elif given["measurement"]:
-            raise ScenarioError("measurement in the options of reset, expected where the environment is made, too: "
-                                "without it there is no such block")
+            raise ScenarioError("measurement in the options of reset: give measurement to the environment, too, which "
+                                "otherwise has no such block")
         started = {what: {**(seed_of if what == "measurement" else {}), **draw.values} for what, draw in drawn.items()}
         stage.start(started["parameters"], self.peak, started.get("measurement", {}))
         self.due = sorted((due for what, draw in drawn.items() for due in self.dues(what, draw)), reverse=True,

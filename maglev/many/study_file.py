@@ -61,14 +61,14 @@ class Varied(Table):
             return table
         kind = table["kind"]
         for key in {key for keys in KEYS.values() for key in keys} & set(table) - set(KEYS[kind]):
-            raise key_refused(key, table[key], f"expected none with kind = {kind!r}, which has "
+            raise key_refused(key, table[key], f"not allowed with kind = {kind!r}, which has "
                                                f"{', '.join(KEYS[kind])}")
         for key in KEYS[kind]:
             if table.get(key) is None and key != "deviation":   # a covariance can take its place
-                raise key_refused(key, None, f"required key is missing, for kind is {kind!r}")
+                raise key_refused(key, None, f"required key is missing with kind = {kind!r}")
         if kind == "percent":
             if table.get("mode", "factor") != "factor":
-                raise key_refused("mode", table["mode"], "expected none, for a percentage is a factor")
+                raise key_refused("mode", table["mode"], "not allowed, a percentage is a factor")
             return {**table, "mode": "factor"}
         return table
 
@@ -111,8 +111,8 @@ class Design(Table):
     def number_of_samples(self) -> "Design":
         """Refuse a design without its number of samples, and a grid with one."""
         if (self.kind in LISTED) != (self.samples is None):
-            raise key_refused("samples", self.samples, f"expected none, for {self.kind!r} has its own"
-                              if self.kind in LISTED else f"required key is missing, for kind is {self.kind!r}")
+            raise key_refused("samples", self.samples, f"not allowed, {self.kind!r} has its own"
+                              if self.kind in LISTED else f"required key is missing with kind = {self.kind!r}")
         if self.kind in ("sobol", "saltelli") and self.samples is not None and self.samples & (self.samples - 1):
             raise key_refused("samples", self.samples, "expected a power of 2, as Sobol's sequence needs")
         return self
@@ -176,7 +176,7 @@ class StudyFile(Table):
         targets: dict[str, int] = {}
         for i, varied in enumerate(vary):
             if columns.setdefault(varied.column, i) != i:
-                raise key_refused("name", varied.column, "expected a name of its own", i)
+                raise key_refused("name", varied.column, "expected another name, this one is taken", i)
             for target in varied.set:
                 if target in targets:
                     raise key_refused("set", target, f"vary[{targets[target]}] sets it already", i)
@@ -194,10 +194,10 @@ class StudyFile(Table):
         for i, group in enumerate(self.correlated):
             for name in group.of:
                 if name not in names or names[name].kind != "normal":
-                    raise key_refused("of", name, "expected names of what varies with kind = 'normal'; "
-                                      f"{nearest(name, names)}", "correlated", i)
+                    raise key_refused("of", name, "expected names of entries with kind = 'normal'; {nearest(name, "
+                                                  "names)}", "correlated", i)
                 if name in together:
-                    raise key_refused("of", name, "expected in one group, once", "correlated", i)
+                    raise key_refused("of", name, "expected in one group only", "correlated", i)
                 together.add(name)
             if any(len(row) != len(group.of) for row in group.covariance) or len(group.covariance) != len(group.of):
                 raise key_refused("covariance", group.covariance, f"expected {len(group.of)} rows of {len(group.of)}",
@@ -208,8 +208,8 @@ class StudyFile(Table):
                                   f"{self.design.kind!r}", "vary", i)
             if varied.kind == "normal" and (varied.deviation is None) != (varied.column in together):
                 raise key_refused("deviation", None if varied.deviation is None else varied.deviation.written,
-                                  "expected none, for it has a covariance" if varied.column in together
-                                  else "required key is missing, for kind is 'normal'", "vary", i)
+                                  "not allowed, it has a covariance" if varied.column in together
+                                  else "required key is missing with kind = 'normal'", "vary", i)
         return self
 
 

@@ -40,8 +40,8 @@ class Parts:
             with only_writer(path):
                 yield
         except Busy:
-            raise ScenarioError(f"{self.folder}: another process is writing there, expected one at a time: wait for "
-                                f"it, or give another {option('out')}") from None
+            raise ScenarioError(f"{self.folder}: another process is writing there: wait for it, or give another "
+                                f"{option('out')}") from None
         except NoLock as error:
             raise ScenarioError(f"{self.folder}: cannot be locked ({error.strerror}), expected a file system with "
                                 f"locks: give another {option('out')}") from None
@@ -62,8 +62,8 @@ class Parts:
         except (OSError, ValueError, KeyError, TypeError):
             key = None
         if key != self.key:
-            raise ScenarioError(f"{self.folder}: has parts of another study, or of this one with other files or "
-                                f"another version, expected none: remove the folder, or give another {option('out')}")
+            raise ScenarioError(f"{self.folder}: has parts of another study, or of another version of this one: "
+                                f"remove the folder, or give another {option('out')}")
         others = 0
         for path in paths:
             name = f"{path.stem.rpartition('.')[0]}{path.suffix}"
@@ -96,8 +96,8 @@ class Parts:
         require_file(path)
         content = path.read_bytes() if path.is_file() else b""
         if path != self.path(name, content):
-            raise ScenarioError(f"{path}: was changed or removed meanwhile, expected nobody else to write there; "
-                                f"{option('resume', True)} runs its samples again")
+            raise ScenarioError(f"{path}: was changed or removed during the study; {option('resume', True)} runs its "
+                                "samples again")
         return content
 
     def remove(self) -> None:

@@ -43,15 +43,15 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
         lost = sum(part("samples", batch.number) in parts.files for batch in planned.batches) - len(done)
         kept_samples = sum(len(batch.samples) for batch in done)
         if parts.files and not resume:
-            raise ScenarioError(f"{parts.folder}: {kept_samples} of {samples} samples are done, "
-                                f"expected {option('resume', True)} to go on with them, or no such folder")
+            raise ScenarioError(f"{parts.folder}: {kept_samples} of {samples} samples are done: continue with "
+                                f"{option('resume', True)}, or remove the folder")
         if resume and not parts.folder.exists() and dataset.metadata_of(path).get("key") == planned.job.key:
             if all(dataset.is_as_written(file, job.key) for _, _, file in files.values()):
                 return path   # it was done before
-            say(f"{path}: is not whole, not with its trajectories, or was edited: all samples are run again")
+            say(f"{path}: incomplete, without its trajectories, or edited: all samples are run again")
         if lost or others:
-            say(f"{parts.folder}: missing, or not as it was written: {lost + others} of the parts; {kept_samples} of "
-                f"{samples} samples are whole, the others are run again")
+            say(f"{parts.folder}: {lost + others} of the parts are missing or changed; {kept_samples} of {samples} "
+                "samples are complete, the others are run again")
 
         def store(result: BatchResult) -> None:
             nonlocal kept_samples

@@ -70,7 +70,7 @@ def require_free(settings: Mapping[str, StartValue], vary: Iterable[Varied], ori
     """Refuse to set `fmu.variable` that varies; the target of a factor or an offset may be set."""
     varied = {name for parameter in vary if parameter.mode == "value" for name in parameter.set}
     for name in settings.keys() & varied:
-        raise ScenarioError(f"{origin}: {settings[name].origin}: {name} varies, expected to be set, or to vary")
+        raise ScenarioError(f"{origin}: {settings[name].origin}: {name} is set and varied, expected one of both")
 
 
 def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descriptions: dict[str, ModelDescription],

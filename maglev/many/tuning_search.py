@@ -124,16 +124,16 @@ def search(planned: PlannedTuning, parts: Parts, who: Callable[[], AbstractConte
     with parts.alone():
         others = parts.find()
         if parts.folder.exists() and not resume:
-            raise ScenarioError(f"{parts.folder}: a part is done, expected {option('resume', True)} to go on with it, "
-                                "or no such folder")
+            raise ScenarioError(f"{parts.folder}: a part is done: continue with {option('resume', True)}, or remove "
+                                "the folder")
         if others:
-            say(f"{parts.folder}: not as it was written: {others} of the parts, run again")
+            say(f"{parts.folder}: {others} of the parts are changed and run again")
         try:
             with who() as run_batches:
                 parts.begin()
                 result = Search(planned, run_batches, parts, watch).run()
         except KeyboardInterrupt as error:
-            raise Interrupted(f"{ended_by(error)}: generations that are done are kept in {parts.folder}, "
+            raise Interrupted(f"{ended_by(error)}: finished generations are kept in {parts.folder}, "
                               f"{option('resume', True)} continues with them", signal_of(error)) from error
         parts.remove()
     return result

@@ -1,4 +1,4 @@
-"""Compared runs over frequency: margins and sensitivity of their loops, and spectra of what was recorded."""
+"""Compared runs over frequency: margins and sensitivity of their loops, and spectra of their signals."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from html import escape

@@ -30,8 +30,8 @@ def law_text(stage: StageDescription) -> str:
     """The controller of `maglev new controller` for a stage, in JavaScript."""
     text = python_law(stage)
     head = (f"// {(ast.get_docstring(parsed(text)) or '').splitlines()[0]}\n//\n"
-            "// All of it is yours to change. What has to stay: the tables of ports, and a step that gives the phase\n"
-            "// currents. What it does not define itself are parts of the project's controllers, in JavaScript.\n")
+            "// You can change all of it, but keep the tables of ports, and a step that gives the phase\n"
+            "// currents. Names that it does not define are parts of the project's controllers, in JavaScript.\n")
     return head + "\n" + module_in_javascript(text)
 
 

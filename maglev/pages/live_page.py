@@ -43,7 +43,7 @@ def write_live(out: str | Path = "results", *, files: str | Path | Iterable[str 
     out : path
         Folder for the page, made if it is not there.
     files : path, or iterable of path
-        What runs there instead of all packaged runs: scenarios, or descriptions of stages, which rest at their start.
+        Replacement of all packaged runs: scenarios, or descriptions of stages, which rest at their start.
     fmus : path, optional
         Folder of FMUs, whose folder `wasm` has the WebAssembly modules and their descriptions. If not given, these are
         built where they are missing, which needs the extra `native`, and kept in the user's cache.

@@ -48,7 +48,7 @@ Moves from rest at one air gap to another, alone and with a step of something el
 each controller can do. A move settles if every axis ends within {1e3 * NEAR:g} mm of its reference, a tilt within as
 many mrad, and no stop was touched.
 Each was run with all force constants of the plant times {factors}, of which the controller does not know.
-The maps show the constants as they are; dotted is what settles with these only."""
+The maps show the constants as they are; dotted places settle with these only."""
 
 
 def maps_of(of_stage: StageGrids) -> list[list[LawMap]]:

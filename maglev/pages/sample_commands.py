@@ -51,13 +51,13 @@ def why_no_replay(about: Mapping[str, Any]) -> str:
     """Why the live page cannot run the samples of a study as they were run; empty if it can."""
     name, run = about["scenario"], dataset_run(about)
     if run["scenario"] != name or scenario_of(name) is None:
-        return f"it has the packaged runs alone, and {name} is none of these"
+        return f"it has the packaged runs only, not {name}"
     plan = load_plan(name)
     if not can_run_live(plan):
         return f"it does not have {name}"
     for key in run["options"]:
         if not OPTIONS[key].same_results:
-            return ("it has its own plants and controllers and their steps, and this study was run with "
+            return ("it has its own plants, controllers and steps, and this study ran with "
                     f"{OPTIONS[key].flag}")
     for target in [*about["targets"], *run["set"]]:
         fmu, _, variable = target.partition(".")
@@ -65,7 +65,7 @@ def why_no_replay(about: Mapping[str, Any]) -> str:
         known = {v.name for v in definition(model).variables if v.causality == "parameter"} \
             if model in DEFINITIONS else set()
         if variable not in known:
-            return f"it sets parameters of the plant and the controller alone, and the samples differ in {target}"
+            return f"it sets parameters of plant and controller only, and the samples differ in {target}"
     return ""
 
 

@@ -258,7 +258,7 @@ def sensitivity(table: pa.Table, about: Mapping[str, Any]) -> tuple[dict[str, Ma
     Each has the shape (varied quantities,), as have their 95 % confidences S1_conf, ST_conf.
     """
     if about["correlated"]:
-        return {}, ["Sobol indices need what varies to be independent; some of it is correlated."]
+        return {}, ["Sobol indices need independent quantities; some are correlated."]
     if any(why is not None for why in table["failure"].to_pylist()):
         return {}, ["Sobol indices need every sample; some were not completed."]
     if missing := lacking("SALib", "study", "a Sobol index"):

@@ -108,8 +108,8 @@ def where(table: pa.Table, about: Mapping[str, Any]) -> str:
         rows = [(escape(each.label), *map(typeset, edges(each, passed))) for each in varied]
         told = [row for row in rows if row[2:] != (NOWHERE, NOWHERE)]
         idle = [escape(each.label) for each in varied if changes_nothing(each, varied, passed)]
-        return (html_table(("what varies", "simulated", "all pass", "all fail"), told) if told else "") + (
-            f"<p>No influence on what passes: {', '.join(idle)}.</p>" if idle else "")
+        return (html_table(("quantity", "simulated", "all pass", "all fail"), told) if told else "") + (
+            f"<p>Without influence on passing: {', '.join(idle)}.</p>" if idle else "")
     shares = {each.label: passing_shares(each, passed) for each in varied}
     clear = {label: parts for label, parts in shares.items() if has_influence(parts, SURE / len(varied))}
     tables = [html_table(("values", "pass", "95 % sure", "samples"), [
@@ -119,7 +119,7 @@ def where(table: pa.Table, about: Mapping[str, Any]) -> str:
         for part in parts], label) for label, parts in clear.items()]
     unclear = [escape(label) for label in shares if label not in clear]
     return f'<div class="shares">{"".join(tables)}</div>' * bool(tables) + (
-        f"<p>No clear influence on what passes: {', '.join(unclear)}.</p>" if unclear else "")
+        f"<p>Without clear influence on passing: {', '.join(unclear)}.</p>" if unclear else "")
 
 
 def changes_nothing(one: Varied, varied: Sequence[Varied], passed: Bools) -> bool:

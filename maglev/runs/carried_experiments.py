@@ -65,8 +65,8 @@ def carried_experiments(path: Path) -> list[CarriedExperiment]:
         raise FmuError(f"{path}: cannot be read as an FMU: {error}") from error
     carried = [*(in_manifest(path, files) if MANIFEST in files else ()), *beside(path)]
     if not carried:
-        raise FmuError(f"{path}: carries no experiments, expected {MANIFEST} with some in it, or {path.stem}_ref.csv "
-                       "beside it")
+        raise FmuError(f"{path}: contains no experiments, expected {MANIFEST} with some in it, or {path.stem}_ref.csv "
+                       "next to it")
     return carried
 
 
@@ -182,7 +182,7 @@ def carried_file(path: Path, source: str, base: str, files: Mapping[str, bytes])
         return File(f"{path}: {name}", files[name])
     others = [name.removeprefix(FOLDER) for name in files if name != MANIFEST]
     hint = f"; {nearest(source, others)}" if others else ""
-    raise FmuError(f"{base}: there is no file {shortened(source)} in the FMU, expected what it says{hint}")
+    raise FmuError(f"{base}: names the file {shortened(source)}, which is not in the FMU{hint}")
 
 
 def parsed_xml(file: File, tag: str | None = None) -> Element:

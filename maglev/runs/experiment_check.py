@@ -191,8 +191,8 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
         asked = times_of(experiment, description, run, expected.time)
         lacking = missing_times(expected.time, asked)
         if lacking and not partial:
-            raise FmuError(f"{experiment.results.place}: no results from {lacking[0]}, expected some for the whole "
-                           f"experiment; with {option('partial', True)} those are compared that there are")
+            raise FmuError(f"{experiment.results.place}: no results from {lacking[0]}, expected them for the whole "
+                           f"experiment; {option('partial', True)} compares the existing ones")
         result, said = run_where_it_belongs(
             path, asked, tables.given_starts(experiment.parameters, description) if experiment.parameters else {},
             tables.input_array(experiment.inputs, variables) if experiment.inputs else None, list(expected.values),
@@ -227,16 +227,16 @@ def expected_results(file: File, variables: Mapping[str, ScalarVariable],
     values = {name: table.values(variables[name]) for name in columns if name not in left_out}
     if not values:
         name = left_out[0]
-        raise FmuError(f"{file.place}: no column is a variable of the FMU that is a number: {name}: "
+        raise FmuError(f"{file.place}: no column is a numeric variable of the FMU: {name}: "
                        f"{nearest(name, variables)}")
     for name in given:   # who gives a tolerance means to have it compared
         for known, where in ((columns, f"{file.place}: there is no column"), (variables, "the FMU has no variable")):
             if name not in known:
-                raise FmuError(f"{where} {name}, for which there is a tolerance; {nearest(name, known)}")
+                raise FmuError(f"{where} {name}, which has a tolerance; {nearest(name, known)}")
     absent = next((name for name in left_out if name not in variables), None)
     if absent is not None and not partial:
         raise FmuError(f"{file.place}: column {absent}: the FMU has no such variable, "
-                       f"{nearest(absent, variables)}; with {option('partial', True)} the others are compared")
+                       f"{nearest(absent, variables)}; {option('partial', True)} compares the others")
     tolerances = {name: given.get(name, Tolerance(
         tables.TOLERANCE * float(np.max(np.abs(column))) if variables[name].type in REALS else 0.0, 0.0))
         for name, column in values.items()}

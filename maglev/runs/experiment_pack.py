@@ -72,8 +72,8 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
     place = name or next((place for place, fmu in plan.fmus.items() if fmu.file is not None
                           and Path(fmu.file).resolve() == path.resolve()), None)
     if place is None:
-        raise ScenarioError(f"{plan.path}: names no FMU {path}, expected {option('name')} with what it takes the place "
-                            f"of, one of {', '.join(plan.fmus)}")
+        raise ScenarioError(f"{plan.path}: does not name {path}, needs {option('name')}: the FMU that it replaces, "
+                            f"one of {', '.join(plan.fmus)}")
     if place not in plan.fmus:
         raise ScenarioError(f"{place}: is not in the scenario {plan.name}, expected one of {', '.join(plan.fmus)}")
     know_stage_of(plan)
@@ -99,8 +99,8 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
         own = [carried for carried in carried_experiments(unfinished) if carried.name == plan.name]
         result, = check_all({plan.name: (unfinished, own[0])}, 1, watch)
         if result.status != "passed":
-            raise FmuError(f"{path}: run alone with what it got in {plan.name}: {result.message}; expected what it "
-                           "gave there, and nothing is written")
+            raise FmuError(f"{path}: alone, with its inputs of {plan.name}, it gives other outputs, so nothing is "
+                           f"written: {result.message}")
     return result
 
 

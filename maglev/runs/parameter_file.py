@@ -64,11 +64,11 @@ def read_parameters(path: Path, fmu: str, known: Sequence[str]) -> dict[str, Sta
         full = f"{fmu}.{name}" if fmu else name
         if not fmu and name.partition(".")[0] not in known:
             raise ScenarioError(f"{path}: parameter {name}: no FMU {name.partition('.')[0]}, expected "
-                                f"{' or '.join(f'{name}.…' for name in known)}, or of which FMU they are, such as "
+                                f"{' or '.join(f'{name}.…' for name in known)}, or the FMU given as in "
                                 f"{option('parameters', {next(iter(known), 'plant'): path.name})}")
         values[full] = parameters.value(name)._replace(file=str(path))
     if not values:
-        raise ScenarioError(f"{path}: has no parameters, expected some")
+        raise ScenarioError(f"{path}: has no parameters, expected at least one")
     return values
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from maglev.files.errors import ScenarioError, key_path, nearest, option, shortened
+from maglev.files.errors import ScenarioError, key_path, nearest, shortened
 from maglev.files.units import known_unit, measures
 from maglev.fmi.parameter import REALS, Described, expected_of
 from maglev.scenario.run_plan import RunPlan
@@ -88,8 +88,8 @@ class PortCheck:
                 said += f"; {name} stands in {declared_in(path, name)}"
             elif path is not None and variable is not None and path.stem != self.plan.fmus[fmu].model:
                 unit = f" in {variable.unit}" if variable.unit else ""
-                said += (f"; {name} is {variable.type}{unit} in {path.name}, of which {option('ports')} can name "
-                         "another port or unit")
+                said += (f"; {name} is {variable.type}{unit} in {path.name}, for which a port map (ports, --map) can "
+                         "name another port or unit")
         return said
 
     def signals(self) -> None:

@@ -101,8 +101,7 @@ class Experiment:
     def require_current(self) -> None:
         """Refuse FMUs of this project that are not what it builds now, where what is found stands for these."""
         if self.stale:
-            raise FmuError(f"{'; '.join(self.stale)}; {option('plant')} or {option('controller')} takes a file "
-                           "as it is")
+            raise FmuError(f"{'; '.join(self.stale)}; {option('plant')} and {option('controller')} take any file")
 
     def exact(self) -> bool:
         """Return True if it has the same bits on every machine: FMUs of this project, and files in its exact
@@ -217,9 +216,8 @@ class Experiment:
         apart = [f"{name} ({path.name})" for name, path in self.files.items() if runs_apart(path)]
         for path in self.files.values() if apart else ():
             if is_class(path):
-                raise ControllerError(f"{path}: was given as a class, which runs in this process alone, but "
-                                      f"{apart[0]} is not what this installation builds and runs in another; expected "
-                                      "FMUs as `maglev build` makes them, or the file of the class")
+                raise ControllerError(f"{path}: a class runs in this process only, but {apart[0]} was not built by "
+                                      "this installation and runs in another one; give the file of the class")
         if apart:
             columns = {full for full, variable in self.variables(descriptions).items()
                        if variable.causality == "output" and variable.type in FMI3.types} | drives.keys()
@@ -434,5 +432,5 @@ def needless_delays(plan: RunPlan, order: Order, files: Mapping[str, Path]) -> I
         others = [name for name in names if name != source]
         others.insert(others.index(target), source)
         if late(others) < late(names) and samples(source):
-            yield (f"{source} is stepped after {target}, which gets what it computes a step of {plan.step:g} s late; "
-                   f"before = \"{target}\" under [fmus.{source}] has it stepped in time")
+            yield (f"{source} is stepped after {target}, which gets its outputs a step of {plan.step:g} s late; "
+                   f"before = \"{target}\" under [fmus.{source}] steps it first")

@@ -104,7 +104,7 @@ def start_value_notes(plan: RunPlan, files: Mapping[str, Path], left_out: Mappin
             yield f"{has_no(name, path, lacking, few)}: the plan's start values are left out"
         own = [full for full, reason in left_out.items() if reason != LACKING and full.startswith(f"{name}.")]
         if own:
-            yield (f"{name} ({path.name}) keeps its own {few(own)}: those of the plan are settings of"
+            yield (f"{name} ({path.name}) keeps its own {few(own)}: the plan's values are settings of"
                    f"{left_out[own[0]].removeprefix(SETTING)}"
                    + (f"; {option('keep_settings', True)} gives them" if name in put_in else ""))
         given = [f"{variable} = {value.written}" for variable, value in plan.fmus[name].start.items()]
@@ -154,8 +154,8 @@ def require_essential(plan: RunPlan, put_in: Mapping[str, Path],
         tables = dict.fromkeys(f"{causality}s" for causality in missing.values())
         place = " and ".join(f"the table of {declared_in(path, table)}" for table in tables) if is_written(path) else ""
         raise ScenarioError(f"{name} ({path.name}): missing port{'s' if len(missing) > 1 else ''}: {', '.join(lines)}; "
-                            f"expected them under these names{f' in {place}' if place else ''}, or {option('ports')} "
-                            "with a file that says what they are called (docs/importing.md)")
+                            f"expected these names{f' in {place}' if place else ''}, or a port map (ports, --map) "
+                            "with the FMU's own (docs/importing.md)")
 
 
 def missing_ports(plan: RunPlan, name: str, description: ModelDescription) -> dict[str, str]:
@@ -203,8 +203,8 @@ def remarks(plan: RunPlan, name: str, replacement: Replacement, description: Mod
     fixed = not description.coSimulation.canHandleVariableCommunicationStepSize
     asked = replacement.ports.step
     if not own and fixed and asked is None and named is not None and abs(float(named) - plan.step) > 1e-9:
-        yield (f"{name} ({replacement.path.name}) is written for a fixed step and names {float(named):g} s; it gets "
-               f"the communication step unless {option('ports')} has step = ... under [{name}]")
+        yield (f"{name} ({replacement.path.name}) has a fixed step of {float(named):g} s, but gets the communication "
+               f"step; step = ... under [{name}] of a port map (ports, --map) changes that")
 
 
 def without(plan: RunPlan, lacking: Sequence[tuple[str, str]], says: Callable[[list[str]], str]) -> RunPlan:

@@ -71,8 +71,8 @@ def alone(folder: Path, runs: Iterable[str]) -> Iterator[None]:
                 with suppress(NoLock):
                     held.enter_context(only_writer(folder / f".{name}.lock"))
             except Busy:
-                raise ScenarioError(f"{folder / name}: another process is writing the files of this run, expected one "
-                                    f"at a time: wait for it, or give another {option('out')}") from None
+                raise ScenarioError(f"{folder / name}: another process is writing the files of this run: wait for it, "
+                                    f"or give another {option('out')}") from None
         yield
 
 

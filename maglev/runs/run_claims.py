@@ -36,7 +36,7 @@ def run_sides(claim: RunClaim, metrics: Metrics | None, others: Mapping[str, Met
         return None if None in drawn else [MeasuredValue(extreme(claim, [run for run in drawn if run]))], None
     here = metric_values(claim, metrics, claim.axes)
     if not here:
-        hint = "" if claim.own else "; `claims = []` in the file leaves out the claims of what it extends"
+        hint = "" if claim.own else "; `claims = []` in the file leaves out the claims of the files it extends"
         raise MeasurementError(f"claim {claim.text!r}: the run has no {claim.quantity} to judge it on{hint}")
     if not claim.comparative:
         return here, None

@@ -23,8 +23,8 @@ def select(names: Scenarios | None) -> list[RunPlan]:
     for name in packaged_files() if names is None else [names] if isinstance(names, str | Path | Mapping) else names:
         for run in load_plans(name):
             if runs.setdefault(run.name, run).path != run.path:
-                raise ScenarioError(f"{run.path}: name = {run.name!r}: expected another one than that of "
-                                    f"{runs[run.name].path}, for the results are named after it")
+                raise ScenarioError(f"{run.path}: name = {run.name!r}: {runs[run.name].path} has it too, expected "
+                                    "another name: results are named after it")
     paths: dict[str, Path] = {}   # of procedures by name
     for run in runs.values():
         if run.procedure is None:
@@ -32,8 +32,8 @@ def select(names: Scenarios | None) -> list[RunPlan]:
         name = run.procedure.name
         other = runs[name].path if name in runs else paths.setdefault(name, run.path)
         if name in runs or other != run.path:
-            raise ScenarioError(f"{run.path}: procedure.name = {name!r}: expected another name than one in {other}, "
-                                "for the results are named after it")
+            raise ScenarioError(f"{run.path}: procedure.name = {name!r}: {other} uses it, expected another name: "
+                                "results are named after it")
     return list(runs.values())
 
 

@@ -53,8 +53,8 @@ def following(stage: StageDescription | None, plant: Own, controller: Own, asked
     none.
     """
     if stage is None:
-        raise ScenarioError(f"{option('model', 'plant')}: expected runs of a stage that is described, by whose "
-                            "nominal masses it follows")
+        raise ScenarioError(f"{option('model', 'plant')}: expected a stage with a description, which has the nominal "
+                            "masses")
     variables = definition(f"Plant{stage.suffix}").variables
     axes = {axis.name: f"{axis.name}.{'inertia' if axis.rotation else 'mass'}" for axis in stage.axes}
     masses = [*axes.values(), *(variable.name for variable in variables if variable.name.startswith("payload."))]
@@ -67,8 +67,8 @@ def values(fmu: str, own: Own, names: list[str]) -> dict[str, float]:
     own_values = {name: own(name) for name in names}
     lacking = [name for name, value in own_values.items() if value is None]
     if lacking:
-        raise ScenarioError(f"{option('model', 'plant')}: the {fmu} has no {', '.join(lacking)}, expected one with "
-                            "masses, or a model, as this project's have")
+        raise ScenarioError(f"{option('model', 'plant')}: the {fmu} has no {', '.join(lacking)}, expected masses or a "
+                            "model, as this project's FMUs have")
     return {name: value for name, value in own_values.items() if value is not None}
 
 
@@ -102,8 +102,8 @@ class Starts:
             self.give(full, value)
             source = self.taken[name].pop(variable, None)
             if source is not None:
-                overruled.append(f"{plan.name}: {full} is as {value.file or option('set')} says, not what "
-                                 f"{source.run} comes to")
+                overruled.append(f"{plan.name}: {full} is set by {value.file or option('set')}, not by the result of "
+                                 f"{source.run}")
         return overruled
 
     def give(self, full: str, value: StartValue) -> None:

@@ -72,7 +72,7 @@ class ClaimResult:
             return ""
         why = {"not testable": self.claim.not_testable, "no difference": self.claim.reason,
                "not reproduced": self.claim.reason, "not met": self.claim.reason}.get(self.verdict)
-        given = f"decided by what the plant was given: {self.claim.given}" if self.claim.given else None
+        given = f"decided by a value given to the plant: {self.claim.given}" if self.claim.given else None
         other = None if self.counts else "another reading of the experiment, not counted"
         return "; ".join(part for part in (why, self.claim.remark, given, other) if part)
 

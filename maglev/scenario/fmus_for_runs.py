@@ -64,7 +64,7 @@ def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: st
         except BuildError as error:
             if asked:
                 raise
-            say(f"{error}; FMUs that run Python take their place: the same results, slower")
+            say(f"{error}; runs use FMUs in Python instead: the same results, slower")
     return built(needed, PYTHON, say, watch)
 
 

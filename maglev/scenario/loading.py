@@ -63,8 +63,8 @@ def read_plan(path: Path, layers: list[Layer], siblings: list[str]) -> RunPlan:
             others = [name for name in (*siblings, *packaged_runs()) if name != itself]
             raise ScenarioError(f"{path}: {key} = {run!r}: expected another run; {nearest(run, others)}")
     if plan.procedure is not None and plan.procedure.name in siblings:
-        raise ScenarioError(f"{path}: procedure.name = {plan.procedure.name!r}: a run is called so, expected "
-                            "another name, for the results are named after it")
+        raise ScenarioError(f"{path}: procedure.name = {plan.procedure.name!r}: a run has this name, expected another "
+                            "one: results are named after it")
     plan._path, plan._own = path, not is_packaged(path)
     plan._sha256 = hashlib.sha256(json.dumps(merged(layers), default=str).encode("utf-8")).hexdigest()
     return plan

@@ -22,8 +22,6 @@ ParameterFiles: TypeAlias = str | Path | Mapping[str, str | Path] | Iterable[str
 P = ParamSpec("P")
 T = TypeVar("T")
 
-# Of options that are not of runs, where they are not Python's names.
-OTHER_FLAGS = {"source": "from", "units": "unit", "columns": "column"}
 REPLACED, NUMERICS, FMUS = "The stage and its controller", "Time and order", "FMUs"   # groups in the help
 
 
@@ -115,7 +113,7 @@ def takes_run_options(*left_out: str) -> Callable[[Callable[P, T]], Callable[P, 
         @wraps(function)
         def called(*arguments: P.args, **options: P.kwargs) -> T:
             for name in options.keys() - shown.parameters.keys():
-                raise ScenarioError(f"{option(name, options[name])}: expected none with {function.__name__}"
+                raise ScenarioError(f"{option(name, options[name])}: not an option of {function.__name__}"
                                     if name in OPTIONS else
                                     f"{name}: unknown option, {nearest(name, shown.parameters)}")
             for name, value in options.items():
@@ -125,10 +123,3 @@ def takes_run_options(*left_out: str) -> Callable[[Callable[P, T]], Callable[P, 
         called.__signature__ = shown   # type: ignore[attr-defined]  # where inspect, help and editors look
         return called
     return extended
-
-
-def as_flag(name: str, value: object) -> str:
-    """Return an option as it is written on the command line, for messages."""
-    flag = OPTIONS[name].flag if name in OPTIONS else f"--{OTHER_FLAGS.get(name, name.replace('_', '-'))}"
-    value = ",".join(f"{key}={entry}" for key, entry in value.items()) if isinstance(value, dict) else value
-    return flag if value is None or isinstance(value, bool) else f"{flag} {value}"

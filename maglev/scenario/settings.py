@@ -27,12 +27,12 @@ def start_values(given: Settings) -> dict[str, StartValue]:
         if not isinstance(word, str):
             raise ScenarioError(f"set: {word!r}, expected a table, values by name, or texts such as 'plant.y.mass=7.2'")
     pairs = (word.partition("=") for word in words)
-    return {name.strip(): start_value(name if equals else "", text, f"{name}{equals}{text}")
+    return {name.strip(): start_value(name.strip() if equals else "", text, "" if equals else name)
             for name, equals, text in pairs}
 
 
 def start_value(name: str, value: float | bool | str, written: str = "") -> StartValue:
-    """Return one start value; `written` is the word, if it was one."""
+    """Return one start value; `written` is a word without a name."""
     text = str(value).strip()
     origin = option("set", written or {name: value})
     if not isinstance(name, str) or not all(name.strip().partition(".")):

@@ -46,16 +46,16 @@ def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2, c
             path = unfinished / f"{part}.fmu"
             path.write_bytes(shipped_file(given, file))
             if not built_here(path):
-                raise BuildError(f"{option('source', str(given))}: {file} is of other sources than those that are "
-                                 f"installed, expected the FMUs of the release of maglev-fmus {installed().version}")
+                raise BuildError(f"{option('source', str(given))}: {file} was built from other sources, expected the "
+                                 f"FMUs of the release maglev-fmus {installed().version}")
         content = shipped_file(given, loop)
         build_systems([name for name in names if name in STAGES.systems()], unfinished, unfinished, fmi)
         with suppress(OSError):   # no room in the cache: runs are stepped in Python, then
             kept = keep_loop(content)
             if step_function(kept) is None:
                 kept.path.unlink()
-                raise BuildError(f"{option('source', str(given))}: {loop} is of other sources than those that are "
-                                 f"installed, expected that of the release of maglev-fmus {installed().version}")
+                raise BuildError(f"{option('source', str(given))}: {loop} was built from other sources, expected that "
+                                 f"of the release maglev-fmus {installed().version}")
         return [folder / path.name for path in sorted(unfinished.iterdir())]
 
 
@@ -67,5 +67,5 @@ def shipped_file(given: Path, name: str) -> bytes:
         with ZipFile(given) as archive:
             return archive.read(name)
     except (OSError, KeyError, BadZipFile, EOFError, zlib.error) as error:
-        raise BuildError(f"{option('source', str(given))}: there is no {name} in it ({error}), expected the "
-                         "archive of native FMUs of a release, or a folder with what was in it") from error
+        raise BuildError(f"{option('source', str(given))}: has no {name} ({error}), expected a release's archive of "
+                         "native FMUs, or its unpacked folder") from error

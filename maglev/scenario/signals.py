@@ -258,8 +258,8 @@ class Csv(SignalTable):
         own = known_unit(said) if said else None
         if own is None:
             if said and self.unit is None:
-                raise key_refused("column", self.column, f"its unit {said!r} is unknown, expected unit with it, or "
-                                                         f"another header; {like(said)}")
+                raise key_refused("column", self.column, f"its unit {said!r} is unknown, needs unit, or another "
+                                                         f"header; {like(said)}")
             return [in_unit(value, self.unit) for value in table.column(column).tolist()]
         if self.unit is None:
             object.__setattr__(self, "unit", own.si)   # so that its dimension is checked
@@ -273,8 +273,8 @@ class Csv(SignalTable):
         """
         first, last = self._times[0], self._times[-1]
         if first >= end or last < 0.0 or last == 0.0 < len(self._times) - 1:
-            return (f"its rows are from {first:.9g} s to {last:.9g} s, the run from 0 s to {end:.9g} s: expected rows "
-                    "in the run; begin = 0 has the first row at its begin, and time_unit says the unit of its times")
+            return (f"its rows are from {first:.9g} s to {last:.9g} s, outside the run from 0 s to {end:.9g} s: begin "
+                    "= 0 moves the first row to the begin, time_unit sets the unit")
         after = int(np.searchsorted(self._times, end, side="right"))
         if not self._told and 0 < after < len(self._times) and self._times[after - 1] <= 0.0:
             return (f"the run to {end:.9g} s is between its rows at {self._times[after - 1]:.9g} s and "

@@ -66,8 +66,7 @@ def stage_named(stage: str | Path) -> StageDescription:
 def require_free_name(file: Path, name: str) -> None:
     """Raise if other FMUs have this name."""
     if not re.fullmatch("[a-z][a-z0-9]*", name):
-        raise StageError(f"{file}: name: {name!r}, expected small letters and digits, a letter first: the FMUs are "
-                         f"named "
-                       "after it")
+        raise StageError(f"{file}: name: {name!r}, expected lower-case letters and digits, a letter first: the FMUs "
+                         "are named after it")
     if name in PACKAGED_STAGES:
-        raise StageError(f"{file}: name: {name!r}, expected another one: a stage of this project is called so")
+        raise StageError(f"{file}: name: {name!r}, expected another name: a stage of this project has it")

@@ -44,8 +44,8 @@ class Place:
         Net force on the mover at the limits of i_d, N: the most that closes the gap, and that opens it. The smaller one
         is the reserve to hold it; a force below 0 N is missing.
     margins : dict of str to (float, float)
-        Of the measurement of each axis, all others closed, exact for plant, hold, lag, observer and law: phase
-        (degrees), and gain (dB), the smaller of that upwards and that downwards.
+        Phase margin (degrees) and smaller gain margin (dB) at the measurement of each axis, with all others closed:
+        exact for plant, hold, lag, observer and law.
     """
 
     gap: float
@@ -123,8 +123,8 @@ class Consequences:
                              f"{self.most(name)[0]:.3g} A: a larger limit or amplifier, stops nearer to the start, or "
                              "another mass")
             elif beyond:
-                texts.append(f"{at}: {beyond[0]} = {currents[beyond[0]]:.3g} A holds the mover, for good the "
-                             f"amplifiers give {self.most(beyond[0])[1]:.3g} A: stops nearer to the start, or another "
+                texts.append(f"{at}: {beyond[0]} = {currents[beyond[0]]:.3g} A holds the mover, the amplifiers give "
+                             f"continuously {self.most(beyond[0])[1]:.3g} A: stops nearer to the start, or another "
                              "mass")
         for axis in self.stage.axis_names:
             met = [(min(margins[0] / LEAST_PHASE, margins[1] / LEAST_GAIN), *margins, place.gap)
@@ -132,8 +132,8 @@ class Consequences:
             share, phase, gain, gap = min(met, default=(1.0, inf, inf, 0.0))
             if share < 1.0:
                 texts.append(f"{vertical} = {1e3 * gap:.4g} mm: {axis} has margins of {phase:.0f}° and {gain:.1f} dB, "
-                             f"expected {LEAST_PHASE:g}° and {LEAST_GAIN:g} dB: gains that are left to the design, a "
-                             "shorter sample_time, or amplifiers with less lag")
+                             f"expected {LEAST_PHASE:g}° and {LEAST_GAIN:g} dB: leave the gains to the design, or "
+                             "take a shorter sample_time or faster amplifiers")
         return texts
 
     @property
@@ -311,15 +311,13 @@ def runnable(path: str | Path) -> StageDescription:
         rate = design.unstable_rate(stage)
         if rate * stage.sample_time > design.SLOWEST_SAMPLING:
             raise StageError(f"sample_time: {1e3 * stage.sample_time:g} ms, expected at most "
-                           f"{1e3 * design.SLOWEST_SAMPLING / rate:.3g} ms: without control the mover leaves its start "
-                           f"with exp({rate:.3g} t/s)")
+                             f"{1e3 * design.SLOWEST_SAMPLING / rate:.3g} ms: without control the mover leaves its "
+                             f"start with exp({rate:.3g} t/s)")
         loop = linearise_loop(f"Plant{stage.suffix}", f"Regulator{stage.suffix}", start)
         if not loop.stable:
-            raise StageError(f"design: with these gains the loop at the start grows with a pole of magnitude "
-                           f"{max(abs(loop.poles)):.4g} per sample of {1e3 * stage.sample_time:g} ms, expected all "
-                           f"below "
-                           f"1: other gains or poles, or a shorter sample_time; without control the mover leaves with "
-                           f"exp({rate:.3g} t/s)")
+            raise StageError(f"design: the loop has a pole of magnitude {max(abs(loop.poles)):.4g} per sample of "
+                             f"{1e3 * stage.sample_time:g} ms, expected all below 1: change gains, poles or "
+                             f"sample_time; without control the mover leaves with exp({rate:.3g} t/s)")
     except (StageError, LinearModelError) as error:
         raise StageError(f"{path}: {error}") from None
     return stage
@@ -348,5 +346,4 @@ def require_thrust(stage: StageDescription, axis: StageAxis) -> None:
     needed, given = abs(axis.bias) + axis.friction.coulomb / axis.mass, design.strongest(stage, axis.name)
     if given <= needed:
         raise StageError(f"axes.{axis.name}: its motors give {axis.mass * given:.3g} N at their limit and the start "
-                         f"gap, "
-                       f"bias and friction take {axis.mass * needed:.3g} N, expected more thrust")
+                         f"gap, but bias and friction take {axis.mass * needed:.3g} N, expected more thrust")

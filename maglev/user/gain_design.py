@@ -144,8 +144,8 @@ def unstable_rate(stage: StageDescription) -> float:
     if start is None:
         gap, vertical = stage.vertical.start, stage.vertical
         attracted = sum(pull.attraction for pull in pulls(stage, gap)) / len(stage.motors)
-        raise StageError(f"no direct current holds the mover of {vertical.mass:g} kg at {1e3 * gap:g} mm: without "
-                       f"one the motors attract it by {attracted:.3g} m/s², gravity takes 9.81 m/s², expected another "
+        raise StageError(f"no direct current holds the mover of {vertical.mass:g} kg at {1e3 * gap:g} mm: the motors "
+                         f"attract it by {attracted:.3g} m/s² against 9.81 m/s² of gravity, expected another "
                        "gap, mass or attraction")
     return sqrt(max(1e-6, *(stiffness(stage, axis, start) for axis in uncontrolled(stage))))
 

@@ -88,7 +88,7 @@ def read_motor(given: Sequence[str]) -> Motor:
             table[key] = value if key == "currents" else number_or_text(value)
     lacking = [field.name for field in fields(Motor) if field.default is MISSING and field.name not in table]
     if lacking:
-        raise StageError(f"--motor: without {', '.join(lacking)}, expected KEY=VALUE of each, or to begin with one of "
+        raise StageError(f"--motor: {', '.join(lacking)} missing, expected KEY=VALUE for each, or first one of "
                        f"{', '.join(MOTORS)}")
     motor: Motor = Reader(Path("--motor")).read(Motor, table, "")
     if motor.currents not in ("rms", "peak"):
@@ -134,7 +134,7 @@ def with_motor(stage: StageDescription, motor: Motor) -> tuple[StageDescription,
     gap = motor.gap or float(f"{GAP * motor.pole_pitch:.2g}")
     if gap > motor.pole_pitch:
         raise StageError(f"--motor gap={1e3 * gap:g}mm: expected at most pole_pitch = {1e3 * motor.pole_pitch:g} mm: "
-                       "further away next to nothing is left of the field")
+                       "beyond it the field is almost zero")
     field, geometry = field_of(motor, gap), drawing_geometry(motor)
     if not geometry["slot_width"] < geometry["slot_pitch"]:
         raise StageError(f"--motor slot_width={geometry['slot_width']:g}: expected less than slot_pitch = "

@@ -129,12 +129,12 @@ def file_named(path: str | Path, suffix: str) -> Path:
 def write_new(file: Path, text: str, error: type[MaglevError] = StageError) -> None:
     """Write a new file; an error if it is there already, or has no folder."""
     if not file.parent.is_dir():
-        raise error(f"{file}: there is no folder {file.parent}, expected one")
+        raise error(f"{file}: the folder {file.parent} does not exist")
     try:
         with file.open("x", encoding="utf-8", newline="\n") as written:
             written.write(text)
     except FileExistsError:
-        raise error(f"{file}: it is there already, expected the name of a new file") from None
+        raise error(f"{file}: already exists, expected the name of a new file") from None
 
 
 def stage_text(stage: StageDescription, file: Path, motor: Motor | None = None) -> str:

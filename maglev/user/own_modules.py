@@ -79,8 +79,8 @@ class Reader:
         path, top = self.path(module), module.split(".")[0]
         if top in PACKAGES:
             if path is not None and HERE not in path.resolve().parents:
-                raise ControllerError(f"{path}: {module} is imported of maglev-fmus, expected another name for what is "
-                                      "beside the controller")
+                raise ControllerError(f"{path}: maglev-fmus has a module {module}, expected another name for the file "
+                                      "next to the controller")
             path = None
         if path is not None:
             self.imported.append((module, path))

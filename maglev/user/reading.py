@@ -25,7 +25,7 @@ def read_own(path: Path) -> StageDescription:
     StageError, ScenarioError as in `read_stage`.
     """
     if str(path) in PACKAGED_STAGES and not path.exists():
-        raise StageError(f"{path}: is a stage of the package, expected the description of one of yours, NAME.toml")
+        raise StageError(f"{path}: is a packaged stage, expected the description of your own, NAME.toml")
     return stage_from_text(path, toml_text(path))
 
 

@@ -103,8 +103,8 @@ def carried(given: Given) -> str | Path:
         file = None
     if file is None or not Path(file).is_file() or given.__qualname__ != given.__name__:   # type: ignore[attr-defined]
         kind = "a class" if isinstance(given, type) else "an object"
-        raise ControllerError(f"{name_of(given)}: was given as {kind} that no module has, which only this process can "
-                              "run; expected its file, such as lqi.py or lqi.py:LQI")
+        raise ControllerError(f"{name_of(given)}: {kind} outside any module, which only this process can run; give "
+                              "its file, such as lqi.py or lqi.py:LQI")
     return Path(f"{file}:{name_of(given)}")
 
 
@@ -275,8 +275,8 @@ def chosen(file: Path, name: str | None, classes: dict[str, type]) -> type:
 
 def load_class(path: Path) -> Written:
     if path not in CLASSES:
-        raise ControllerError(f"{path}: it was given as a class, which only the process that defines it can run, and "
-                              "this takes others; expected its file, such as lqi.py or lqi.py:LQI")
+        raise ControllerError(f"{path}: a class runs only in the process that defines it, and this needs others; give "
+                              "its file, such as lqi.py or lqi.py:LQI")
     given = CLASSES[path]
     try:
         text = inspect.getsource(given)

@@ -92,11 +92,11 @@ def test_other_steps(fastest_fmus: Path, step: Path, c_controller: Path, tmp_pat
 
 
 @pytest.mark.parametrize(("changes", "message"), [
-    ([("[controller]", '[controller]\nstep = "0.3 ms"')], "expected a multiple of the communication step of 0.0005 s"),
-    ([("[controller]", '[controller]\nstep = "0.3 s"')], "expected a part of the stop time of 1 s"),
+    ([("[controller]", '[controller]\nstep = "0.3 ms"')], "expected a multiple of the communication step, 0.0005 s"),
+    ([("[controller]", '[controller]\nstep = "0.3 s"')], "expected a whole fraction of the stop time, 1 s"),
     ([("[controller]", '[controller]\nstep = "1 mm"')], "controller.step = '1 mm'"),
     ([("[controller]", "[controler]")], "unknown table 'controler', nearest is 'controller'"),
-    ([("[controller]", "[plant]")], "[plant]: expected --plant with it"),
+    ([("[controller]", "[plant]")], "[plant]: needs plant"),
     ([('"v.measured"', '"v.mesured"')], "unknown port, nearest is 'v.measured'"),
     ([('"gap"', '"gapp"')], "the FMU has no 'gapp', nearest is 'gap'"),
     ([('"travel"', '"gap"')], "'gap' is 'v.measured' already"),
@@ -119,7 +119,7 @@ def test_wrong_maps(fastest_fmus: Path, step: Path, c_controller: Path, tmp_path
 
 def test_map_without_an_fmu(fastest_fmus: Path, step: Path) -> None:
     line = error_line(maglev("run", step, "--fmus", fastest_fmus, "--map", MAP))
-    assert "[controller]: expected --controller with it" in line
+    assert "[controller]: needs controller" in line
 
 
 @pytest.mark.thorough

@@ -98,8 +98,8 @@ enum Status enter_steps(struct Instance *instance, const char *call)
         return REFUSED;
     }
     if (instance->state->progress.sampling) {
-        return refuse(instance, "%s at t = %s s, where a sample is taken, expected that to be ended before by an update "
-                      "of the discrete states", call, number(next_sample(instance), text));
+        return refuse(instance, "%s at t = %s s, where a sample is due, expected an update of the discrete "
+                      "states before", call, number(next_sample(instance), text));
     }
     instance->state->progress.phase = RUNNING;
     return DONE;
@@ -189,5 +189,5 @@ enum Status set_interval(const struct Instance *instance, const char *call)
     if (!MODEL.sampling || !MODEL.sampling->clocked) {
         return absent(instance, call);
     }
-    return refuse(instance, "%s, expected the interval to be that of the parameter sample_time, and no shift", call);
+    return refuse(instance, "%s, expected the interval of the parameter sample_time, without a shift", call);
 }

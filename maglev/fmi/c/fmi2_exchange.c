@@ -15,7 +15,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo)
 {
     bool changed;
     if (!eventInfo) {
-        return (fmi2Status)refuse(c, "fmi2NewDiscreteStates with a null pointer, expected a place for what it returns");
+        return (fmi2Status)refuse(c, "fmi2NewDiscreteStates with a null pointer, expected a place for its result");
     }
     double next;
     enum Status status = take_event(c, "fmi2NewDiscreteStates", &changed, &next);
@@ -33,8 +33,8 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
 {
     (void)noSetFMUStatePriorToCurrentPoint;
     if (!enterEventMode || !terminateSimulation) {
-        return (fmi2Status)refuse(c, "fmi2CompletedIntegratorStep with a null pointer, expected places for what it "
-                                  "returns");
+        return (fmi2Status)refuse(c, "fmi2CompletedIntegratorStep with a null pointer, expected places for its "
+                                  "results");
     }
     bool event;
     enum Status status = complete_step(c, "fmi2CompletedIntegratorStep", &event);

@@ -68,7 +68,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
         return NULL;
     }
     if (nRequiredIntermediateVariables > 0) {
-        refuse(&nobody, "%u intermediate variables required, expected none: the model description has none",
+        refuse(&nobody, "%u intermediate variables required, expected 0: the model description has none",
                (unsigned)nRequiredIntermediateVariables);
         return NULL;
     }
@@ -112,7 +112,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
 {
     (void)noSetFMUStatePriorToCurrentPoint;
     if (!eventHandlingNeeded || !terminateSimulation || !earlyReturn || !lastSuccessfulTime) {
-        return (fmi3Status)refuse(instance, "fmi3DoStep with a null pointer, expected places for what it returns");
+        return (fmi3Status)refuse(instance, "fmi3DoStep with a null pointer, expected places for its results");
     }
     const struct Instance *self = instance;
     enum Status status = take_step(instance, "fmi3DoStep", currentCommunicationPoint, communicationStepSize);

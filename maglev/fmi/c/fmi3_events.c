@@ -29,8 +29,8 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
 {
     if (!discreteStatesNeedUpdate || !terminateSimulation || !nominalsOfContinuousStatesChanged
         || !valuesOfContinuousStatesChanged || !nextEventTimeDefined || !nextEventTime) {
-        return (fmi3Status)refuse(instance, "fmi3UpdateDiscreteStates with a null pointer, expected places for what it "
-                                  "returns");
+        return (fmi3Status)refuse(instance, "fmi3UpdateDiscreteStates with a null pointer, expected places for its "
+                                  "results");
     }
     *discreteStatesNeedUpdate = false;
     *terminateSimulation = false;

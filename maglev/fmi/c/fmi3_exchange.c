@@ -22,8 +22,8 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetF
 {
     (void)noSetFMUStatePriorToCurrentPoint;
     if (!enterEventMode || !terminateSimulation) {
-        return (fmi3Status)refuse(instance, "fmi3CompletedIntegratorStep with a null pointer, expected places for what "
-                                  "it returns");
+        return (fmi3Status)refuse(instance, "fmi3CompletedIntegratorStep with a null pointer, expected places for its "
+                                  "results");
     }
     *terminateSimulation = false;
     return (fmi3Status)complete_step(instance, "fmi3CompletedIntegratorStep", enterEventMode);

@@ -53,7 +53,7 @@ struct Instance *created(const struct Importer *importer, const char *name, bool
         return NULL;
     }
     if (exchange && !MODEL.continuous) {
-        refuse(&nobody, "%s is for co-simulation alone, expected no model exchange", MODEL.name);
+        refuse(&nobody, "%s supports co-simulation only, not model exchange", MODEL.name);
         return NULL;
     }
     struct Instance *instance = allocate(importer, sizeof *instance);
@@ -206,7 +206,7 @@ enum Status take_step(struct Instance *instance, const char *call, double time, 
     }
     /* FMI 2.0.4, fmi2SetupExperiment: an error. The clock of an importer that adds up its steps may have drifted. */
     if (end > progress->stop_time + CONTINUITY * size + clock_rounding(instance)) {
-        refuse(instance, "communication step to %s s, expected none beyond the stop time, %s s", number(end, text),
+        refuse(instance, "communication step to %s s, expected at most the stop time, %s s", number(end, text),
                number(progress->stop_time, expected));
         return fail(instance);
     }

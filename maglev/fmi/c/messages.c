@@ -43,7 +43,7 @@ enum Status discard(const struct Instance *instance, const char *format, ...)
 
 enum Status absent(const struct Instance *instance, const char *call)
 {
-    return refuse(instance, "%s: the model description says that this FMU does not do that", call);
+    return refuse(instance, "%s: not supported, as the model description says", call);
 }
 
 bool refuse_phase(const struct Instance *instance, const char *call, int phases)

@@ -23,7 +23,7 @@ static bool refuse_reference(const struct Instance *instance, uint32_t reference
                (unsigned)(MODEL.variable_count - 1));
     } else {
         const struct Variable *variable = &MODEL.variables[reference];
-        refuse(instance, "%s is a %s variable, expected access to it as such", variable->name,
+        refuse(instance, "%s is a %s variable, expected a call for that type", variable->name,
                variable->boolean ? "Boolean" : real_type());
     }
     return false;

@@ -121,7 +121,7 @@ function verdictText() {
   const parts = [better && `beats ${opponent.label} in ${better}`, alike && `is as good (within ${100 * TIE} %) in ${alike}`, worse && `is worse in ${worse}`];
   const how = signs.length ? `It ${parts.filter(Boolean).join(", ")} of ${MEASURES.length} measures.`
     : `It lost the platform after ${yours.lost.toFixed(2)} s.`;
-  return sent ? `${how} This is what the link says: run it to check.` : how;
+  return sent ? `${how} The link says so: run it to check.` : how;
 }
 
 function showResult() {

@@ -121,7 +121,7 @@ function parameterForm(parent, act) {
     value.value = String(now(names.value));
     tell("");
     about.textContent = `${variable.description}${variable.unit ? `, ${variable.unit}` : ""}`
-      + `${variable.fixed ? "; starts anew when it changes" : ""}`;
+      + `${variable.fixed ? "; restarts when it changes" : ""}`;
   };
   names.addEventListener("change", show);
   form.addEventListener("submit", (event) => {
@@ -144,7 +144,7 @@ function parameterForm(parent, act) {
 
 /** The settings that differ from the plan, each with a button that takes it back. */
 function settingsList(parent, act) {
-  const list = html("ul", { class: "settings", "aria-label": "What differs from the run as planned" }, parent);
+  const list = html("ul", { class: "settings", "aria-label": "Changes to the planned run" }, parent);
   return (settings) => {
     const key = JSON.stringify(settings);
     if (list.dataset.key === key) return;

@@ -209,7 +209,7 @@ const RECEIVED = {
     openState(state);
     play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
     if (state.law) showSharedLaw(state.law, state.result);
-    say(problems.length ? ignored(problems) : page.playing ? "" : "Paused, for your system asks for little motion.",
+    say(problems.length ? ignored(problems) : page.playing ? "" : "Paused: your system asks for reduced motion.",
       problems.length > 0);
   },
   started,

@@ -39,7 +39,7 @@ async function showSharedLaw(packed, result) {
     setLawText(await unpackedLaw(packed));
     Object.assign(beat, { yours: result, sent: Boolean(result) });
     showResult();
-    lawSaid("This link brought a law: code that somebody wrote. It runs when you press “Run it”, in this page alone.");
+    lawSaid("This link contains a law: code that somebody wrote. It runs only when you press “Run it”, in this page.");
   } catch (error) {
     say(`The law of this link cannot be read: ${error.message}`, true);
   }
@@ -136,7 +136,7 @@ function watchOwn() {
   for (const run of Object.values(live.runs)) for (const name of Object.keys(run.laws)) if (isOwn(name)) delete run.laws[name];
   own.present = false;
   startWorker();
-  const text = `${own.asked.name}: it has not come back for ${SILENT} s, expected an end of each step; it was taken out.`;
+  const text = `${own.asked.name}: a step took longer than ${SILENT} s, so the controller was removed.`;
   own.after = () => {
     begin({ ...page.state, controller: page.run.fmus.controller.model, ghost: "" });
     play(true);

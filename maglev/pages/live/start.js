@@ -44,7 +44,7 @@ async function takePage(file) {
   Object.assign(own, { packed: "", present: false, waiting: false, silent: 0, after: () => {
     openState(readFragment("").state);
     play(true);
-    say(`What ${file.name} carries runs here until this page is loaded again.`);
+    say(`The stages of ${file.name} run here until this page is reloaded.`);
   } });
   startWorker();
   loadWorker();

@@ -48,7 +48,7 @@ function readValue(variable, full, text) {
 }
 
 /** What of a link cannot be done, in words. */
-const ignored = (problems) => (problems.length ? `Ignored of this link: ${problems.join("; ")}` : "");
+const ignored = (problems) => (problems.length ? `Ignored in this link: ${problems.join("; ")}` : "");
 
 /** State that a fragment asks for, and what in it cannot be done. */
 function readFragment(fragment) {

@@ -2,7 +2,7 @@
 // Moving picture of the main runs, or of runs beside each other: choice of run, play and pause, place in time, speed.
 {
   const player = document.getElementById("player");
-  const ABOUT = "As on the live page: the stage in space, of one run with coils orange by their current, and beside it the air gap, larger, with its "
+  const ABOUT = "As on the live page: the stage in space, of one run with coils orange by their current, and next to it the air gap, larger, with its "
     + "stops, each platform in the colour of its controller. The dashed outline is the reference; tilts are drawn five times as large.";
 
   function labelled(text, name, attributes, parent) {
@@ -43,7 +43,7 @@
     speed.value = "1";
     const event = html("p", { class: "status", role: "status" }, player);
     const details = html("details", {}, player);
-    details.append(html("summary", {}, null, "What is drawn"), html("p", {}, null, ABOUT));
+    details.append(html("summary", {}, null, "About this picture"), html("p", {}, null, ABOUT));
     let display = () => {}, time = 0, end = 0, playing = false, before = 0;
 
     function showTime(next) {

@@ -142,5 +142,5 @@ def test_past_and_state_lead_to_the_same_point() -> None:
 
 def test_chance_is_refused() -> None:
     with simulated(Random) as part, pytest.raises(LinearModelError,
-                                                  match="gave other outputs when it got the same inputs"):
+                                                  match="gave other outputs for the same inputs"):
         part.back()

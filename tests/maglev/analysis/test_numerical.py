@@ -97,7 +97,7 @@ def test_fmus_of_fmi_3_are_taken_from_their_folder(fmi3_fmus: Path, tmp_path: Pa
     for way in ((), ("--measure",)):
         done = maglev("linearise", *way, "Plant3DOF", fmi3_fmus / "Regulator3DOF.fmu", "--at", "y=25mm", "--fmi", "3",
                       "--kind", "python")
-        assert "--fmi 3: expected 2, or 3 and --kind native with it" in error_line(done)
+        assert "fmi = 3: expected 2, or 3 with kind = native" in error_line(done)
 
 
 def test_a_file_runs_apart_and_a_rounding_is_named(fastest_fmus: Path, tmp_path: Path) -> None:

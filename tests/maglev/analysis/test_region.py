@@ -74,9 +74,9 @@ def test_section_and_shadow_of_the_ellipsoid(found: Region) -> None:
     ({"set": {"controller.current_limit": 0.0}}, "Regulator3DOF: current_limit = 0 A, expected a limit above"),
     ({"set": {"controller.x.k1": 463.0}}, "the loop is unstable, its slowest pole is "),
     ({"set": {"controller.x.k9": 1.0}}, "Regulator3DOF has no parameter 'x.k9'; nearest is "),
-    ({"set": {"x.k1": 1.0}}, "set={'x.k1': 1.0}: expected plant.… or controller.…, such as plant.y.mass=7.2kg"),
+    ({"set": {"x.k1": 1.0}}, "set: x.k1 = 1.0: expected plant.… or controller.…, such as plant.y.mass=7.2kg"),
     ({"decay": -1.0}, "decay = -1.0 1/s, expected a finite rate of 0 1/s or more"),
-    ({"decay": 2.5}, "decay = 2.5 1/s is of synthesised gains, expected synthesise=True"),
+    ({"decay": 2.5}, "decay = 2.5 1/s is for synthesised gains, needs synthesise"),
     ({"decay": 3000.0, "synthesise": True}, "x of Plant3DOF with Regulator3DOF at y = 25 mm: "),
     ({"step": "0 mm"}, "step = 0 m, expected one above 0 m"),
     ({"step": "3 s"}, "step: '3 s' is in s, expected a quantity in m"),
@@ -92,8 +92,8 @@ def test_refusals(arguments: dict[str, Any], message: str) -> None:
 def test_without_cvxpy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("maglev.files.extras.find_spec", lambda _: None)
     line = error_line(maglev("region", "3dof", "x", "--gap", "25mm"))
-    assert line == ("maglev: a region needs cvxpy, expected it to be installed: python -m pip install "
-                    "'maglev-fmus[region]', with the Python that runs maglev")
+    assert line == ("maglev: a region needs cvxpy; install it with the Python that runs maglev: python -m pip install "
+                    "'maglev-fmus[region]'")
 
 
 def test_command_line_refuses() -> None:

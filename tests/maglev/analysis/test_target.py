@@ -181,10 +181,10 @@ def test_the_command(fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 @pytest.mark.parametrize(("arguments", "reason"), [
     (["Plant2DOF"], "Plant2DOF: has no sample_time, expected a controller"),
     (["Regulator9DOF"], "there is no FMU Regulator9DOF, nearest is"),
-    (["Regulator2DOF", "--clock", "fast"], "--clock fast: 'fast' is not a quantity"),
-    (["Regulator2DOF", "--clock", "3 m"], "--clock 3 m: '3 m' is in m, expected a quantity in Hz"),
-    (["Regulator2DOF", "--cycles", "0"], "--cycles 0: expected a finite number above 0"),
-    (["Measurement2DOF"], "Measurement2DOF: is of no stage"),
+    (["Regulator2DOF", "--clock", "fast"], "clock = fast: 'fast' is not a quantity"),
+    (["Regulator2DOF", "--clock", "3 m"], "clock = 3 m: '3 m' is in m, expected a quantity in Hz"),
+    (["Regulator2DOF", "--cycles", "0"], "cycles = 0: expected a finite number above 0"),
+    (["Measurement2DOF"], "Measurement2DOF: belongs to no stage"),
     (["Regulator2DOF", "--run", "2dof-setpoint"], "2dof-setpoint")])
 def test_what_is_refused(fmus: Path, tmp_path: Path, arguments: list[str], reason: str) -> None:
     assert reason in error_line(maglev("target", *arguments, "--fmus", fmus, "--out", tmp_path / "out"))
@@ -235,7 +235,7 @@ def test_a_whole_run(fmus: Path, tmp_path: Path) -> None:
 def test_without_a_compiler_it_is_not_run(fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("maglev.files.extras.find_spec", lambda name: None if name == "ziglang" else find_spec(name))
     done = maglev("target", "PID2DOF", "--out", tmp_path, "--fmus", fmus)
-    said = f"a native FMU needs ziglang, expected it to be installed: {installing('native')}"
+    said = f"a native FMU needs ziglang; install it with the Python that runs maglev: {installing('native')}"
     assert done.exit_code == 0
     assert f"PID2DOF: it is not run: {said}" in done.output
     assert (tmp_path / "PID2DOF" / "PID2DOF.c").is_file()

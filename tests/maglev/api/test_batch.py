@@ -112,7 +112,8 @@ def require_done(error: maglev.BatchInterrupted, least: int) -> None:
     found = error.batch
     done = np.array([why is None for why in found.failures])
     assert least <= done.sum() < 40
-    assert str(error) == f"interrupted: {done.sum()} of 40 samples were done, and are in the batch of this exception"
+    assert str(error) == (f"interrupted: {done.sum()} of 40 samples are done; the attribute `batch` of this exception "
+                          "has them")
     assert {*found.failures} == {None, "was not run: the batch was interrupted"}
     assert np.array_equal(np.isfinite(found["rms error of v"]), done)
     last = int(np.flatnonzero(done)[-1])
@@ -182,7 +183,7 @@ def test_a_sample_that_fails_is_a_row(native_fmus: Path) -> None:
     ({"plant.v.mas": [4.0]}, "plant has no parameter 'v.mas'; nearest is 'v.mass'"),
     ({"plant.v.mass": [-4.0]}, "1 of 1 samples are out of range, the first is -4"),
     ({"plant.v.mass": [np.nan]}, "vary[0].values[0] = nan"), ({"plant.v.mass": []}, "values"),
-    ({"plant.v.mass": None}, "vary[0].values: required key is missing, for kind is 'list'"),
+    ({"plant.v.mass": None}, "vary[0].values: required key is missing with kind = 'list'"),
     ({"plant.v.mass": np.array(4.0)}, "vary[0].values = array(4.): expected a valid list")])
 def test_what_cannot_be_used_is_refused(native_fmus: Path, values: dict[str, list[float]], words: str) -> None:
     with pytest.raises(maglev.MaglevError) as refusal:
@@ -194,7 +195,7 @@ def test_a_table_of_which_no_sample_could_be_run_again_is_refused(tmp_path: Path
     table, masses = {"name": "mine"}, {"plant.v.mass": [4.0]}
     with pytest.raises(maglev.ScenarioError, match="batch: scenario = {'name': 'mine'}: expected a valid string"):
         maglev.batch(table, masses)   # type: ignore[arg-type]
-    with pytest.raises(maglev.ScenarioError, match="scenario: {'name': 'mine'}, expected its name or its file"):
+    with pytest.raises(maglev.ScenarioError, match="scenario: {'name': 'mine'}, expected a name or a file"):
         maglev.study(table, vary=masses, out=tmp_path)   # type: ignore[arg-type]
 
 

@@ -162,7 +162,7 @@ def test_labels() -> None:
 
 
 def test_a_comparison_of_nothing(fastest_fmus: Path) -> None:
-    with pytest.raises(maglev.ScenarioError, match="expected those to compare"):
+    with pytest.raises(maglev.ScenarioError, match="expected controllers to compare"):
         maglev.compare(NAME, [], fmus=fastest_fmus)
 
 

@@ -43,15 +43,15 @@ def test_an_option_that_does_not_exist_is_refused() -> None:
 @pytest.mark.parametrize(("function", "given", "options", "words"), [
     (maglev.run, 5, {}, "scenario = 5: expected a name, a path or a table"),
     (maglev.run, ["2dof-smooth-nonlinear"], {}, "scenario = ['2dof-smooth-nonlinear']: expected a name, a path or"),
-    (maglev.run, "2dof-smooth-nonlinear", {"set": "plant.v.mass"}, "set='plant.v.mass': expected FMU.variable=value"),
+    (maglev.run, "2dof-smooth-nonlinear", {"set": "plant.v.mass"}, "set = plant.v.mass: expected FMU.variable=value"),
     (maglev.run, "2dof-smooth-nonlinear", {"controller": abs},
      "<built-in function abs>: expected a file, a class with a method step, or an object of one"),
     (maglev.compare, ["2dof-smooth-nonlinear", "2dof-smooth-linear"], {},
-     "runs: '2dof-smooth-nonlinear', expected runs that were made, or the name of one to make with each of "),
+     "runs: '2dof-smooth-nonlinear', expected finished runs, or the name of a run with "),
     (maglev.run, "2dof-smooth-nonlinear", {"set": [("plant.v.mass", 4.0)]},
      "set: ('plant.v.mass', 4.0), expected a table, values by name"),
-    (maglev.run, "2dof-smooth-nonlinear", {"set": {4: 4.0}}, "set={4: 4.0}: expected FMU.variable=value"),
-    (maglev.run_all, "2dof-smooth-nonlinear", {"format": "xls"}, "format='xls': expected one of csv, parquet"),
+    (maglev.run, "2dof-smooth-nonlinear", {"set": {4: 4.0}}, "set: 4 = 4.0: expected FMU.variable=value"),
+    (maglev.run_all, "2dof-smooth-nonlinear", {"format": "xls"}, "format = xls: expected one of csv, parquet"),
     (maglev.batch, "2dof-smooth-nonlinear", {"values": ["plant.v.mass"]},
      "values = ['plant.v.mass'], expected a table, values by name"),
     (maglev.study, "2dof-smooth-nonlinear", {"vary": {4: [4.0]}}, "vary = {4: [4.0]}, expected a table, values by"),
@@ -60,11 +60,11 @@ def test_an_option_that_does_not_exist_is_refused() -> None:
      "Plant3DOF: parameters = 'y.mass=7', expected a table"),
     (maglev.region, "3dof", {"axis": "y", "gap": 0.02, "set": "plant.y.mass=7"},
      "set = 'plant.y.mass=7', expected a table, values by name"),
-    (maglev.compare, [], {}, "runs: there is none, expected two or more"),
-    (maglev.compare, "2dof-smooth-nonlinear", {"controllers": [None]}, "controllers: None is one, expected names"),
+    (maglev.compare, [], {}, "runs: the list is empty, expected two or more"),
+    (maglev.compare, "2dof-smooth-nonlinear", {"controllers": [None]}, "controllers: one is None, expected names"),
     (maglev.compare, "2dof-smooth-nonlinear", {"controllers": {1: "PID2DOF"}}, "controller PID2DOF: label = 1, expec"),
-    (maglev.run_all, "2dof-smooth-nonlinear", {"plot": "no"}, "plot='no': expected True or False"),
-    (maglev.run, "2dof-smooth-nonlinear", {"keep_settings": "no"}, "keep_settings='no': expected True or False"),
+    (maglev.run_all, "2dof-smooth-nonlinear", {"plot": "no"}, "plot = no: expected True or False"),
+    (maglev.run, "2dof-smooth-nonlinear", {"keep_settings": "no"}, "keep_settings = no: expected True or False"),
     (maglev.tune, {"name": "mine"}, {}, "tuning file: {'name': 'mine'}, expected a name or a path"),
     (maglev.linearise_loop, "Plant3DOF", {"controller": None, "at": {"y": 0.025}},
      "None is no controller with a linear model, expected one of")])
@@ -175,11 +175,11 @@ def test_boolean_settings(fastest_fmus: Path) -> None:
 def test_what_cannot_be_run_alone(fastest_fmus: Path) -> None:
     with pytest.raises(maglev.ScenarioError, match="2dof-step-4 has variants, expected one of 2dof-step-4-nonlinear"):
         maglev.run("2dof-step-4", fmus=fastest_fmus)
-    with pytest.raises(maglev.ScenarioError, match="results of 2dof-identification-rig, expected run_all"):
+    with pytest.raises(maglev.ScenarioError, match="results of 2dof-identification-rig: use run_all"):
         maglev.run("2dof-identification-model", fmus=fastest_fmus)
     with pytest.raises(maglev.FmuError, match="there is no file .*expected an FMU"):
         maglev.run("2dof-setpoints", fmus=fastest_fmus / "nowhere")
-    with pytest.raises(maglev.ScenarioError, match="set={'plant.v.mas': 7}: missing port"):
+    with pytest.raises(maglev.ScenarioError, match="set: plant.v.mas = 7: missing port"):
         maglev.run("2dof-setpoints", fmus=fastest_fmus, set={"plant.v.mas": 7})
 
 
@@ -207,5 +207,5 @@ def test_many_runs(fastest_fmus: Path, tmp_path: Path) -> None:
 
 
 def test_baselines_have_a_step_of_their_own(fastest_fmus: Path) -> None:
-    with pytest.raises(maglev.ScenarioError, match="step=0.001: expected none with check"):
+    with pytest.raises(maglev.ScenarioError, match="step = 0.001: not an option of check"):
         maglev.check(["2dof-smooth"], fmus=fastest_fmus, step=1e-3)

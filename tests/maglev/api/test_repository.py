@@ -78,10 +78,10 @@ def test_nothing_half_made_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.chdir(tmp_path)
     refused = error_line(maglev("new", "repository", "levitate", "--stage", "4dof"))
     assert "stage = '4dof', expected one of 2dof, 3dof, 5dof" in refused
-    with pytest.raises(MaglevError, match="no/levitate: there is no folder no"):
+    with pytest.raises(MaglevError, match="no/levitate: the folder no does not exist"):
         tool.new_repository("no/levitate")
     (tmp_path / "there").mkdir()
-    with pytest.raises(MaglevError, match="there: it is there already"):
+    with pytest.raises(MaglevError, match="there: already exists"):
         tool.new_repository("there")
     tool.new_stage("mine.toml", "2dof")
     text = Path("mine.toml").read_text("utf-8")

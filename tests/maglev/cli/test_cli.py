@@ -76,12 +76,12 @@ def test_every_so_many_steps_are_written(fastest_fmus: Path, short: Path, tmp_pa
 @pytest.mark.parametrize("every", ["0", "-3", "101"])
 def test_no_number_of_steps_is_refused(fastest_fmus: Path, short: Path, tmp_path: Path, every: str) -> None:
     line = error_line(maglev("run", short, "--fmus", fastest_fmus, "--out", tmp_path / "out", "--every", every))
-    assert f"--every {every}: expected a whole number from 1 to 100, the communication steps of short" in line
+    assert f"every = {every}: expected a whole number from 1 to 100, the communication steps of short" in line
     assert not (tmp_path / "out").exists()
 
 
 def test_half_a_step_is_refused(fastest_fmus: Path, short: Path) -> None:
-    with pytest.raises(tool.ScenarioError, match=r"every=2\.5: expected a whole number from 1 to 100"):
+    with pytest.raises(tool.ScenarioError, match=r"every = 2\.5: expected a whole number from 1 to 100"):
         tool.run(short, fmus=fastest_fmus, every=2.5)   # type: ignore[arg-type]
 
 
@@ -113,10 +113,10 @@ def test_set_reaches_the_fmu(fmus: Path, short: Path, tmp_path: Path) -> None:
     (["--set", "plant.y.mass=heavy"], "heavy"),
     (["--set", "plant.y.mass=-1"], "y.mass = -1.0 kg, expected a number from 0.001"),
     (["--set", "plant.y.position_start=40 mm"], "y.position_start = 0.04 m, expected a place between the stops"),
-    (["--step", "0.15 ms"], "short.toml: stop_time = 0.02 s with --step 0.00015: expected a whole number"),
+    (["--step", "0.15 ms"], "short.toml: stop_time = 0.02 s with step = 0.00015: expected a whole number"),
     (["--step", "1 ms"], "sample_time = 0.0002 s"),
-    (["--step", "-1"], "--step -1: expected a time above 0 s"),
-    (["--step", "abc"], "--step abc: 'abc' is not a quantity"),
+    (["--step", "-1"], "step = -1: expected a time above 0 s"),
+    (["--step", "abc"], "step = abc: 'abc' is not a quantity"),
     (["--set", "controller.antiwindup=7"], "expected true or false"),
     (["--set", "plant.y.mass=nan"], "expected a finite number"),
     (["--set", "plant.y.encoder=1"], "expected parameter or input"),

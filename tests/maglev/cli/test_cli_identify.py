@@ -53,12 +53,12 @@ def test_identify(recording: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("arguments", "message"), [
     (["--method", "ful"], "method ful: expected one of reduced, full, fsdi; nearest is 'full'"),
-    (["--epsilon", "1 mm"], "--epsilon 1 mm: '1 mm' is in mm, expected a quantity in s"),
+    (["--epsilon", "1 mm"], "epsilon = 1 mm: '1 mm' is in mm, expected a quantity in s"),
     (["--epsilon", "0"], "epsilon = 0.0: expected a time above 0 s"),
     (["--gamma", "1"], "gamma = 1.0: expected more than 1, such as 1.1"),
-    (["--guess", "D1=3"], "--guess D1=3: expected a value, such as C1=10, of one of C1, C2, C3, C4"),
+    (["--guess", "D1=3"], "guess: D1 = 3: expected a value, such as C1=10, of one of C1, C2, C3, C4"),
     (["--guess", "C1"], "--guess C1: expected a constant and a value, such as C1=10"),
-    (["--guess", "C1=3 A"], "--guess C1=3 A: '3 A' is in A, expected a quantity in 1"),
+    (["--guess", "C1=3 A"], "guess: C1 = 3 A: '3 A' is in A, expected a quantity in 1"),
     (["--stage", "3dof"], "no column y, expected y or plant.y")])
 def test_refusals(recording: Path, tmp_path: Path, arguments: list[str], message: str) -> None:
     assert message in error_line(maglev("identify", recording, "--out", tmp_path, *arguments))

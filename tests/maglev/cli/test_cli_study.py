@@ -133,7 +133,7 @@ def test_a_study_without_a_file_shows_each_of_its_values(fastest_fmus: Path, hol
     assert done.exit_code == 0, done.output
     rows = [re.split(" {2,}", line.strip())[:2] for line in done.stdout.partition("───\n")[2].splitlines()[:2]]
     assert rows == [["0", "4.3 kg"], ["1", "4.4 kg"]]
-    assert "--samples: expected --vary with it" in error_line(maglev("study", "payload-friction", "--samples", "3"))
+    assert "samples: needs vary" in error_line(maglev("study", "payload-friction", "--samples", "3"))
 
 
 def test_report(fastest_fmus: Path, hold: Path, tmp_path: Path) -> None:

@@ -220,7 +220,7 @@ def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path) -> None
         done = 8 * len(list(parts.glob("samples-*.parquet")))
         assert 8 * before < done < 64
         assert (found, lines) == (code, [f"maglev: {word}: {done} of 64 samples are kept in "
-                                         f"{parts.relative_to(folders[1])}, --resume continues with them"])
+                                         f"{parts.relative_to(folders[1])}, resume continues with them"])
         command.unpacked.rmdir()
         before = done // 8
     for folder, more in zip(folders, (["1"], ["1", "--resume"]), strict=True):

@@ -102,4 +102,4 @@ def test_what_is_nested_too_deeply_for_a_library_is_one_line(capsys: pytest.Capt
     with pytest.raises(typer.Exit) as end, one_line_errors(debug=False):
         nested(0)
     assert end.value.exit_code == 2
-    assert capsys.readouterr().err.startswith("maglev: a file has something nested too deeply, expected ")
+    assert capsys.readouterr().err.startswith("maglev: a file is nested too deeply, expected ")

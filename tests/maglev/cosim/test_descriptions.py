@@ -91,12 +91,12 @@ def test_the_other_kind_is_there(tmp_path: Path) -> None:
     for folder in ("native", "clocked"):
         (tmp_path / folder).mkdir()
     python, native, clocked = (tmp_path / folder / "Plant2DOF.fmu" for folder in ("", "native", "clocked"))
-    for missing, there, words in ((python, native, "which is taken with kind='native'"),
-                                  (native, python, "which is taken without kind"),
-                                  (clocked, native, "which is taken with kind='native'"),
-                                  (python, clocked, f"which is taken with fmus='{clocked.parent}'")):
+    for missing, there, words in ((python, native, "with kind = native"),
+                                  (native, python, "without kind"),
+                                  (clocked, native, "with kind = native"),
+                                  (python, clocked, f"with fmus = {clocked.parent}")):
         there.touch()
-        with pytest.raises(FmuError, match=f"there is no file {missing}, but {there}, {words}, expected an FMU"):
+        with pytest.raises(FmuError, match=f"there is no file {missing}, but {there} .{words}., expected an FMU"):
             read_description("plant", missing)
         there.unlink()
 

@@ -204,7 +204,7 @@ def test_step_that_is_not_positive(fmus: Path, step: float) -> None:
 
 
 def test_setups_that_are_none(fmus: Path) -> None:
-    with pytest.raises(FmuError, match="there are two FMUs plant, expected"):
+    with pytest.raises(FmuError, match="two FMUs are called plant, expected"):
         Master([three(fmus)[1]] * 2, [], 2e-4)
     with pytest.raises(FmuError, match="order = 'parallel', expected one of sequential, jacobi"):
         Master(three(fmus), [], 2e-4, "parallel")   # type: ignore[arg-type]
@@ -215,7 +215,7 @@ def test_paths_and_times_as_text(fmus: Path) -> None:
         recording = master.run("1 ms")
     assert repr(master) == "<Master of plant: every 0.0002 s>"
     assert repr(recording) == f"<Recording: 6 points to 0.001 s, {len(recording.columns)} columns>"
-    with pytest.raises(FmuError, match="the FMUs are freed, expected a run before"):
+    with pytest.raises(FmuError, match="the FMUs are freed: run before"):
         master.run(0.001)
 
 

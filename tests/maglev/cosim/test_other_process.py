@@ -165,8 +165,8 @@ def test_a_fault_of_fmi_3_after_the_end_is_named_as_it_is_called_there(tmp_path:
 @pytest.mark.few(3)
 @pytest.mark.parametrize(("fault", "time", "message"), [
     ("cut the recording", r"0\.1", r"ended its process with SIGBUS in fmi2\w+.*"),
-    ("cut the counter", r"0(\.\d+)?", "ended its process with SIGBUS, after the count of calls was cut"),
-    ("cut the recording in the end", r"0\.3", "has cut the file of the recording"),
+    ("cut the counter", r"0(\.\d+)?", "ended its process with SIGBUS, after it truncated the count of calls"),
+    ("cut the recording in the end", r"0\.3", "has truncated the file of the recording"),
     ("write into pipes", r"0\.\d+", "has written into the pipe of its process"),
     ("close pipes", r"0\.\d+", "has closed the pipe of its process"),
     ("error in the end", r"0\.3", "refused fmi2Terminate \\(error\\): it gave no message"),
@@ -280,7 +280,7 @@ def test_a_failure_after_rows_that_are_not_there_has_those_that_are(rows: int, t
 def test_a_recording_of_which_there_is_no_file_is_named(name: str, tmp_path: Path) -> None:
     (tmp_path / "track0.float64").write_bytes(bytes(40))
     (tmp_path / "track0.float64").rename(tmp_path / name)
-    with pytest.raises(RunFailed, match="theirs.fmu. has cut the file of the recording"):
+    with pytest.raises(RunFailed, match="theirs.fmu. has truncated the file of the recording"):
         told(tmp_path, WIRED, Finished(()), track=None)
 
 

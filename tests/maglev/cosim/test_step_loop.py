@@ -232,7 +232,7 @@ def test_it_is_known_by_its_content(native_fmus: Path, own: Path, tmp_path: Path
     loop.path.write_bytes(built(FORGED))
     assert own_loop() is None
     step_function.cache_clear()
-    with pytest.raises(FmuError, match="is not the step loop that the run was made ready with"):
+    with pytest.raises(FmuError, match="has changed since the run was prepared"):
         experiment.run()
     assert not (tmp_path / "forged.txt").exists()
     assert build_loop() == loop == own_loop()

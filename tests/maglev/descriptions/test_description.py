@@ -18,12 +18,12 @@ TEXT = (PACKAGED / "3dof.toml").read_text(encoding="utf-8")
     ('mass = "6.9 kg"', '', "axes.y.mass: missing"),
     ('mass = "6.9 kg"', 'maas = "6.9 kg"', "axes.y.maas: no such key; nearest is 'mass'"),
     ('drives = "z"', 'drives = "w"', "motors.beta.drives: 'w', expected one of x, z"),
-    ('drives = "z"', 'drives = "x"', "axes.z: no motor drives it, expected one of the motors to"),
+    ('drives = "z"', 'drives = "x"', "axes.z: no motor drives it, expected at least one"),
     ('start = "25 mm"', 'start = "5 mm"', "axes.y.start: 0.005 m, expected a place between its stops at 0.0185 and "
                                           "0.032 m"),
     ("pid = [-7.0, -10.0, 42.0]", "pid = [-7.0]", "axes.y.design.pid: [-7.0], expected a list of 3 numbers"),
     ("thrust = { x = 0.6135, z = 0.8224 }\nattraction = 334.52", "thrust = { x = 0.6135 }\nattraction = 334.52",
-     "plant.thrust: of x, expected of x, z"),
+     "plant.thrust: for x, expected for x, z"),
     ("antiwindup = true", 'antiwindup = "yes"', "design.antiwindup: 'yes', expected true or false"),
     ('name = "3dof"', 'name = "3 dof"', "name: '3 dof', expected letters, digits and _"),
     ("[design]", "[geometry]\npole_pich = 0.06\n\n[design]",
@@ -37,13 +37,13 @@ TEXT = (PACKAGED / "3dof.toml").read_text(encoding="utf-8")
                                              "0.04 m, where the field is known"),
     ("[plant]", '[motor_stop]\nlower = "18 mm"\nupper = "32 mm"\n\n[plant]',
      "motor_stop: expected only where the platform tilts"),
-    *(("[motors.beta]", f"[motors.{name}]", f"motors.{name}: '{name}', expected another name: blocks have something "
-       "called so") for name in ("gamma", "lambda", "double", "z", "time")),
+    *(("[motors.beta]", f"[motors.{name}]", f"motors.{name}: '{name}', expected another name: blocks use this "
+                                            "one") for name in ("gamma", "lambda", "double", "z", "time")),
     ('title = "3-DOF stage"', "title = 'the \"fast\" stage'", "title: 'the \"fast\" stage', expected words on one line "
                                                                 "without \", \\, /* and */"),
     ('equation = "(5.3)"', 'equation = """(5.3)\nimport os"""', "equation: '(5.3)\\nimport os', expected words on one "
                                                                 "line without \", \\, /* and */"),
-    ("[axes.y]", "[axes.Y]", "axes: 'Y', expected a name of small letters, digits and _, a letter first")])
+    ("[axes.y]", "[axes.Y]", "axes: 'Y', expected a name of lower-case letters, digits and _, a letter first")])
 def test_a_mistake_is_refused_in_one_line(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert old in TEXT
     path = tmp_path / "mine.toml"
@@ -56,7 +56,7 @@ def test_a_platform_that_tilts_has_no_gain_schedule(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text((PACKAGED / "5dof.toml").read_text(encoding="utf-8") + "\n[design.schedule]\n"
                     "bounds = [0.026, 0.024, 0.022]\nsetpoints = [0.027, 0.025, 0.023, 0.021]\n", encoding="utf-8")
-    with pytest.raises(StageError, match="design.schedule: expected none where the platform tilts$"):
+    with pytest.raises(StageError, match="design.schedule: not allowed where the platform tilts$"):
         read_stage(path)
 
 

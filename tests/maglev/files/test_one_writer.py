@@ -103,4 +103,4 @@ def test_a_file_is_known_by_every_byte(tmp_path: Path) -> None:
     assert stranger(path) == ""
     for text in ("a,b\n1,3\n", "a,b\n1,2\n3,4\n", "a,b\n1,2", ""):
         write_whole(path, text)
-        assert "is not the file that run.json next to it is of" in stranger(path)
+        assert "does not belong to run.json next to it" in stranger(path)

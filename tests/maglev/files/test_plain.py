@@ -114,7 +114,7 @@ def test_noise_is_refused(line: bytes) -> None:
 
 
 def test_a_value_that_has_no_plain_form_is_a_bug_where_it_is_said() -> None:
-    with pytest.raises(TypeError, match="a Evil cannot be said to another process"):
+    with pytest.raises(TypeError, match="a Evil cannot be sent to another process"):
         line_of(Said("result", Evil()))
 
 

@@ -110,7 +110,7 @@ def test_a_full_disk_is_told_with_the_folder_that_is_full(tmp_path: Path, monkey
     """What the system says names none; a file that has a name keeps it."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     full = OSError(errno.ENOSPC, "No space left on device")
-    with pytest.raises(OSError, match="No space left on device for temporary files, TMPDIR names") as told, scratch():
+    with pytest.raises(OSError, match="No space left on device for temporary files; TMPDIR sets") as told, scratch():
         raise full
     assert (told.value.filename, told.value.errno) == (str(tmp_path), errno.ENOSPC)
     for place, error in ((str(tmp_path), full), (None, OSError(errno.ENOSPC, "full", "a.csv")), (None, OSError("x"))):

@@ -94,12 +94,12 @@ READ: dict[str, tuple[str | bytes, str]] = {
     "a row of units": ("time,v,i_q\nms,mm,A\n0,20,1.5\n1,21,-1\n2,22,0.002\n", "time is in ms; v is in mm"),
     "a row of units in brackets": ("time;v;i_q\n[µs];[µm];[-]\n0;20000;1,5\n1000;21000;-1\n2000;22000;0,002\n",
                                    "time is in µs; v is in µm"),
-    "ms": ("time,v,i_q\n0,0.02,1.5\n1,0.021,-1\n2,0.022,2e-3\n", "time is taken to be in ms, for it has a row every 1"),
-    "µs": ("time,v,i_q\n5000,0.02,1.5\n6000,0.021,-1\n7000,0.022,2e-3\n", "time is taken to be in µs"),
-    "ns": ("time,v,i_q\n0,0.02,1.5\n1000000,0.021,-1\n2000000,0.022,2e-3\n", "time is taken to be in ns"),
-    "epoch": (stamped(",", lambda k: f"1700000000.00{k}"), "time counts from 1700000000 on, the first row"),
-    "epoch in ms": (stamped(",", lambda k: f"170000000000{k}"), "taken to be in ms, for it has a row every 1"),
-    "epoch in ns": (stamped(",", lambda k: f"170000000000{k}000000"), "taken to be in ns"),
+    "ms": ("time,v,i_q\n0,0.02,1.5\n1,0.021,-1\n2,0.022,2e-3\n", "assumed time in ms, because it has a row every 1"),
+    "µs": ("time,v,i_q\n5000,0.02,1.5\n6000,0.021,-1\n7000,0.022,2e-3\n", "assumed time in µs"),
+    "ns": ("time,v,i_q\n0,0.02,1.5\n1000000,0.021,-1\n2000000,0.022,2e-3\n", "assumed time in ns"),
+    "epoch": (stamped(",", lambda k: f"1700000000.00{k}"), "time starts at 1700000000, the first row"),
+    "epoch in ms": (stamped(",", lambda k: f"170000000000{k}"), " in ms, because it has a row every 1"),
+    "epoch in ns": (stamped(",", lambda k: f"170000000000{k}000000"), " in ns"),
     "ISO 8601": (stamped(",", lambda k: ISO.format(f"00{k}")), "time has time stamps, from 2024-05-01T12:00:00.000 on"),
     "ISO 8601, UTC": (stamped(",", lambda k: ISO.format(f"00{k}Z")), "time has time stamps"),
     "ISO 8601, a zone": (stamped(";", lambda k: ISO.format(f"00{k}+02:00").replace("T", " ")), "time has time stamps"),
@@ -122,15 +122,15 @@ REFUSED: dict[str, tuple[str | bytes, str]] = {
     "nothing": (b"", "is empty, expected a CSV file with a header and rows"),
     "blank lines": (b"\n \n", "is empty, expected"),
     "a workbook": (b"PK\x03\x04\0\0binary", "is an archive or a workbook, expected a CSV file: export the data as CSV"),
-    "binary": (bytes(range(256)), "is no text, expected a CSV file"),
-    "half of UTF-16": (b"\xff\xfe1,2,\n", "is no text, expected a CSV file"),
+    "binary": (bytes(range(256)), "is not text, expected a CSV file"),
+    "half of UTF-16": (b"\xff\xfe1,2,\n", "is not text, expected a CSV file"),
     "one column": (b"time\n0\n1\n", "has one column, expected"),
     "no header": (b"0.0,0.02,0.0\n1,2,3\n", "row 1 is numbers, expected the names of the columns"),
     "a header only": (b"time,v,h\n", "has a header only, expected rows of numbers"),
     "two of a name": (b"time,v,v\n0,1,2\n", "row 1 has the column 'v' 2 times, expected it once"),
-    "commas for both": (b"time,v\n0,0,0,02\n0,1,0,03\n", "row 2 has 4 values, expected 2 as the header has: decimal"),
-    "too many fields": (b"time,v\n0,1\n1,2,3\n2,3\n", "row 3 has 3 values, expected 2 as the header has"),
-    "too few, semicolons": (b"time;v\n0;1\n1\n2;3\n", "row 3 has 1 value, expected 2 as the header has: v is missing"),
+    "commas for both": (b"time,v\n0,0,0,02\n0,1,0,03\n", "row 2 has 4 values, expected 2 as in the header; decimal"),
+    "too many fields": (b"time,v\n0,1\n1,2,3\n2,3\n", "row 3 has 3 values, expected 2 as in the header"),
+    "too few, semicolons": (b"time;v\n0;1\n1\n2;3\n", "row 3 has 1 value, expected 2 as in the header: v is missing"),
     "an empty field": (b"time,v\n0,\n1,2\n", "row 2, column v is '', expected a finite number"),
     "no number": (b"time,v\n0,1\n1,NaN\n2,3\n", "row 3, column v is 'NaN', expected a finite number"),
     "a unit in a field": (b"time,v\n0,1\n1,5 mm\n2,3\n", "row 3, column v is '5 mm', expected a finite"),
@@ -161,7 +161,7 @@ def test_what_is_no_file(tmp_path: Path) -> None:
     file(tmp_path, PLAIN)
     with pytest.raises(CsvError, match=r"mien\.csv: cannot be read: No such file or directory, nearest is 'mine\.csv'"):
         read_table(tmp_path / "mien.csv")
-    with pytest.raises(CsvError, match="cannot be read: is a folder, expected a file"):
+    with pytest.raises(CsvError, match="is a folder, expected a file"):
         read_table(tmp_path)
     if hasattr(os, "mkfifo"):
         os.mkfifo(tmp_path / "pipe.csv")
@@ -186,7 +186,7 @@ def test_without_pandas_a_plain_file_is_read(tmp_path: Path, monkeypatch: pytest
     for name in ("plain", "line break in a header", "minus sign", "D exponent", "units in brackets", "epoch"):
         assert column(read_table(file(tmp_path, READ[name][0])), "i_q", "A")[0] == 1.5
     with pytest.raises(CsvError, match=r"mine\.csv: columns are separated by semicolons, expected a plain CSV: .*"
-                                       r"needs pandas, expected it to be installed: .*maglev-fmus\[data\]"):
+                                       r"needs pandas; install it .*maglev-fmus\[data\]"):
         read_table(file(tmp_path, READ["semicolons"][0]))
 
 
@@ -224,17 +224,17 @@ def test_gaps_are_named_filled_or_left_out() -> None:
     times = 1e-3 * np.array([*range(40), *range(52, 120), *range(121, 140)])
     table = uneven(times)
     with pytest.raises(CsvError, match=r"row 40, column time is 0.052, expected 0.04 ± 5% of the sample time 0.001 s; "
-                                       r"2 places with uneven times, the longest step of 0.013 s from 0.039 s on: "
-                                       "gaps='fill' makes straight lines over them, gaps='longest' takes"):
+                                       r"2 places with uneven times, the longest step is 0.013 s after 0.039 s: "
+                                       "gaps = fill fills them with straight lines, gaps = longest takes"):
         even(table, seconds(table))
     filled = even(table, seconds(table), "fill")
     assert filled.time == pytest.approx(1e-3 * np.arange(140))
     assert filled.resample(table.column("v")) == pytest.approx(2e-3 * np.arange(140))
-    assert "2 places with uneven times, the longest step of 0.013 s from 0.039 s on: straight lines" in table.said
+    assert "the longest step is 0.013 s after 0.039 s: filled with straight lines" in table.said
     longest = even(table := uneven(times), seconds(table), "longest")
     assert longest.time == pytest.approx(1e-3 * np.arange(52, 120))
     assert "68 of 127 rows are used, the longest part without a gap, from 0.052 s to 0.119 s" in table.said
-    with pytest.raises(MaglevError, match="gaps='some': expected one of refuse, fill, longest"):
+    with pytest.raises(MaglevError, match="gaps = some: expected one of refuse, fill, longest"):
         even(table, seconds(table), "some")   # type: ignore[arg-type]
 
 

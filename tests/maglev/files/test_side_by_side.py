@@ -98,7 +98,7 @@ def test_a_process_that_has_ended_is_noticed_where_its_pipe_is_held(idle: Idle, 
 
     results = side_by_side({"gone": leave_a_child, "next": partial(square, 3)}, 1, lost, lambda *_: None, idle)
     assert results == {"gone": -1, "next": 9}
-    assert said == [("gone", "the process ended with exit code 7, expected a result before that")]
+    assert said == [("gone", "the process ended with exit code 7 before it gave a result")]
     assert len(idle) == 1
 
 

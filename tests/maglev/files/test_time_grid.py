@@ -72,5 +72,5 @@ def test_a_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match=r"long\.toml: stop_time = 1000\.0000002: expected a whole number"):
         load_plan(path)
     path.write_text(SCENARIO, encoding="utf-8")
-    with pytest.raises(ScenarioError, match=r"long\.toml: stop_time = 0\.2 s with step=0\.0003: expected a whole"):
+    with pytest.raises(ScenarioError, match=r"long\.toml: stop_time = 0\.2 s with step = 0\.0003: expected a whole"):
         prepare(load_plan(path), tmp_path, {}, {}, {"step": 3e-4})

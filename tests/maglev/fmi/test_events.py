@@ -82,7 +82,7 @@ def test_samples_of_a_time_as_computers_count_it(fmi3_fmus: Path, tmp_path: Path
 def test_without_early_return_no_sample_is_passed_over(fmi3_fmus: Path, tmp_path: Path) -> None:
     one = Instance(unpacked(fmi3_fmus / f"{NAME}.fmu", tmp_path), early=False).begin()
     said = one.refusal(one.fmu.enterStepMode)
-    assert said.startswith("fmi3EnterStepMode at t = 0.0 s, where a sample is taken, expected that to be ended before")
+    assert said.startswith("fmi3EnterStepMode at t = 0.0 s, where a sample is due, expected an update")
     one.fmu.updateDiscreteStates()
     one.fmu.enterStepMode()
     assert one.refusal(lambda: one.fmu.doStep(0.0, 0.001)) == (

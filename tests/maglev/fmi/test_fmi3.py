@@ -225,10 +225,10 @@ def test_a_run_equals_the_baseline(fmi3_fmus: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("arguments", "reason"), [
-    (("build", "--fmi", "3", "Plant2DOF"), "--fmi 3: expected 2, or 3 and --kind native with it"),
+    (("build", "--fmi", "3", "Plant2DOF"), "fmi = 3: expected 2, or 3 with kind = native"),
     (("run", "2dof-setpoints", "--kind", "python", "--fmi", "3"),
-     "--fmi 3: expected 2, or 3 and --kind native with it"),
+     "fmi = 3: expected 2, or 3 with kind = native"),
     (("build", "--kind", "native", "--fmi", "3", "--target", "wasm", "Plant2DOF"),
-     "--fmi 3: expected 2 with --target wasm")])
+     "fmi = 3: expected 2 with target = wasm")])
 def test_where_there_is_no_fmi_3(arguments: tuple[str, ...], reason: str, tmp_path: Path) -> None:
     assert reason in error_line(maglev(*arguments, "--fmus", tmp_path))

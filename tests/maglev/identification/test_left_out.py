@@ -101,7 +101,7 @@ def test_the_uncertainty_covers_stages_as_described_and_others_are_noticed(seed:
     found = identify(data.recording, match=True)
     for name, value in data.truth.items():
         assert abs(found.estimate.final[name] - value) < found.uncertainty[name], name
-    noticed = [warning for warning in found.warnings if "does not fit the description" in warning]
+    noticed = [warning for warning in found.warnings if "contradicts the description" in warning]
     assert bool(noticed) == (times > 1.0)
     if noticed:   # at least 1.2 times the friction of both axes
         assert any("times the friction" in warning for warning in noticed)

@@ -87,7 +87,7 @@ def test_run_of_a_stage_of_the_user_s_asks_for_its_description(tmp_path: Path) -
         record = {"provenance": {"fmus": [{**fmu, "model": model, "kind": kind}]}}
         path.with_suffix(".json").write_text(json.dumps(record))
         if (model, kind) == ("PlantMine", "native"):
-            assert "a.csv: is of a run of PlantMine, expected stage='mine.toml', the description" in refusal(path)
+            assert "a.csv: records a run of PlantMine, needs stage = mine.toml, the description" in refusal(path)
             assert read_recording(path, "2dof").stage.name == "2dof"
         else:
             assert read_recording(path).stage.name == "2dof"
@@ -126,12 +126,12 @@ def rename(old: str, new: str) -> Callable[[Table], None]:
     (put("i_q", 7, float("nan")), "row 9, column i_q is 'nan', expected a finite number"),
     (put("h", 7, float("inf")), "row 9, column h is 'inf', expected a finite number"),
     (scale("time", 12.0), "column time has a sample every 0.006 s, expected every 0.005 s or more often"),
-    (scale("time", 1e2), "0.2 s of data in 4001 rows (time is taken to be in ms, for it has a row every 0.05), exp"),
-    (scale("v", 1e3), "row 2, column v is 20, expected an air gap in m, such as 0.020: looks like mm, which "
-     "units={'v': 'mm'} says"),
-    (scale("v", 1e6), "row 2, column v is 20000, expected an air gap in m, such as 0.020: looks like µm"),
-    (scale("h", 1e3), "expected -0.5 to 0.5 m: looks like mm or µm"),
-    (scale("i_d", 1e3), "row 2, column i_d is 1000, expected a current within ±100.0 A: looks like mA"),
+    (scale("time", 1e2), "0.2 s of data in 4001 rows (assumed time in ms, because it has a row every 0.05), exp"),
+    (scale("v", 1e3), "row 2, column v is 20, expected an air gap in m, such as 0.020: for mm give units: "
+     "v = mm"),
+    (scale("v", 1e6), "row 2, column v is 20000, expected an air gap in m, such as 0.020: for µm give units: v = µm"),
+    (scale("h", 1e3), "expected -0.5 to 0.5 m: for mm give units: h = mm"),
+    (scale("i_d", 1e3), "row 2, column i_d is 1000, expected a current within ±100.0 A: for mA give units: i_d = mA"),
     (put("v", 50, 0.05), "row 52, column v is 0.05, expected 0.008 to 0.04 m"),
     (rename("i_q", "iq"), "no column i_q, expected i_d and i_q or i_a, i_b and i_c of motor motor; nearest is 'iq'"),
     (rename("h", "hh"), "no column h, expected h or plant.h or"),
@@ -199,6 +199,6 @@ def test_one_axis_moves(tmp_path: Path) -> None:
     table["v"] = np.full(N, 0.02)
     table["i_d"] = np.zeros(N)
     found = identify(read_recording(write(tmp_path / "a.csv", table)))
-    assert "C2, C3, C4: cannot be identified, for nothing in this recording of axis v tells them" in found.warnings[0]
+    assert "C2, C3, C4: cannot be identified from this recording of axis v" in found.warnings[0]
     assert np.isinf(found.standard_error["C3"])
     assert np.isfinite(found.standard_error["C1"])

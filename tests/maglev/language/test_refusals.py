@@ -121,7 +121,7 @@ EXPRESSIONS = {
     "self.level is None": "None: expected a number, or a Boolean next to it",
     "self.level in self.levels": "self.level in self.levels: expected <, <=, >, >=, == or !=",
     "self.part == self.part": "self.part == self.part has an object of Part: expected numbers",
-    "sum(self.levels)": "sum() of floats is another one from Python 3.12 on: expected a for",
+    "sum(self.levels)": "sum() of floats differs from Python 3.12 on: expected a for",
     "sum(x for x in self.levels)": "a generator: expected a for, any() or all()",
     "max(x for x in self.levels)": "a generator: expected a for, any() or all()",
     "any(x > 0.0 for x in self.levels if x < 1.0)":
@@ -207,7 +207,7 @@ EXPRESSIONS = {
     "self.part.missing()": "self.part.missing(): Part has no such method: expected a def in it",
     "self.plain()": "self.plain() is a staticmethod: expected a method with self, or a def next to the class",
     "self.level()": "self.level(): Tank has no such method: expected a def in it",
-    "self.decorated()": "a decorator of decorated: expected none",
+    "self.decorated()": "a decorator of decorated: expected a plain def",
     "self.maybe()": "maybe may end without a return: expected one on every way",
     "self.either()": "return 1 has a whole number, another return a float: expected the same, such as 0.0 for 0",
     "self.mutual()": "mutual calls itself: expected a loop",

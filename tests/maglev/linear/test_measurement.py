@@ -86,11 +86,11 @@ def test_command_line_and_what_has_no_linear_model() -> None:
     loop = linearise_loop("Plant3DOF", "Regulator3DOF", {"y": 0.025}, measurement="Measurement3DOF",
                           measurement_parameters={"delay": 0.4e-3})
     assert f"{1e3 * loop.margins('y').delay:.3g}" in result.output.splitlines()[-1]
-    refused = {"measurement.jitter=0.1ms": "jitter = 0.0001, expected none",
+    refused = {"measurement.jitter=0.1ms": "jitter = 0.0001, expected 0",
                "measurement.delay=1": "at most 126 samples",
                "measurement.sample_time=0.1ms": "expected the same sample time", "measurement.seed=1mm": "is in mm"}
     for setting, message in refused.items():
         result = maglev(*words, "--set", setting)
         assert (result.exit_code, message in result.output) == (2, True), result.output
-    with pytest.raises(LinearModelError, match="Measurement3DOF: hold = 1, expected none"):
+    with pytest.raises(LinearModelError, match="Measurement3DOF: hold = 1: not possible"):
         linearise("Measurement3DOF", {"y": 0.025}, hold=1)

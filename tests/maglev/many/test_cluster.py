@@ -91,7 +91,7 @@ def test_workers_of_another_version_are_refused(cluster: "LocalCluster", fastest
 @pytest.mark.usefixtures("slow")
 def test_an_unreachable_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dask_workers, "REACHED_WITHIN", 0.5)
-    with pytest.raises(ScenarioError, match="scheduler='tcp://127.0.0.1:9': cannot be reached"), \
+    with pytest.raises(ScenarioError, match="scheduler = tcp://127.0.0.1:9: cannot be reached"), \
             runners("tcp://127.0.0.1:9", 1):
         pass
 
@@ -100,7 +100,7 @@ def test_an_unreachable_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) ->
 def test_it_is_refused_before_anything_is_built(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(dask_workers, "REACHED_WITHIN", 0.5)
     monkeypatch.setattr("maglev.api.studying.experiments_of", None)   # which builds
-    with pytest.raises(ScenarioError, match="scheduler='tcp://127.0.0.1:9': cannot be reached"):
+    with pytest.raises(ScenarioError, match="scheduler = tcp://127.0.0.1:9: cannot be reached"):
         maglev.study("2dof-step-1-nonlinear", vary={"plant.v.mass": [4.3]}, scheduler="tcp://127.0.0.1:9",
                      out=tmp_path)
 
@@ -111,7 +111,7 @@ def test_without_a_certificate_one_line_says_so(cluster: "LocalCluster") -> None
 
     with dask.config.set({"distributed.comm.tls.ca-file": None, "distributed.comm.tls.client.cert": None,
                           "distributed.comm.tls.client.key": None}), \
-            pytest.raises(ScenarioError, match=r"scheduler='tls://.*: cannot be reached .*TLS") as refusal, \
+            pytest.raises(ScenarioError, match=r"scheduler = tls://.*: cannot be reached .*TLS") as refusal, \
             runners(str(cluster.scheduler_address), 1):
         pass
     assert "\n" not in str(refusal.value)

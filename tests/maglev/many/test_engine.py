@@ -62,10 +62,10 @@ def test_an_interrupted_study_goes_on_to_the_same_bytes(fastest_fmus: Path, tmp_
         if done >= 5:
             raise KeyboardInterrupt
 
-    with pytest.raises(Interrupted, match=r"of 20 samples are kept in .*resume=True"):
+    with pytest.raises(Interrupted, match=r"of 20 samples are kept in .*, resume continues"):
         simulated(study, tmp_path / "parts", watch=interrupt)
     assert 0 < len(list((tmp_path / "parts" / "study.parts").glob("samples-*"))) < len(study.batches)
-    with pytest.raises(ScenarioError, match="of 20 samples are done, expected resume=True"):
+    with pytest.raises(ScenarioError, match="of 20 samples are done: continue with resume,"):
         simulated(study, tmp_path / "parts")
     assert simulated(study, tmp_path / "parts", resume=True) == whole
     assert not (tmp_path / "parts" / "study.parts").exists()
@@ -185,7 +185,7 @@ def test_an_interrupt_ends_threads(native_fmus: Path, tmp_path: Path, monkeypatc
         if done >= 3:
             raise KeyboardInterrupt
 
-    with pytest.raises(Interrupted, match=r"of 20 samples are kept in .*resume=True"):
+    with pytest.raises(Interrupted, match=r"of 20 samples are kept in .*, resume continues"):
         simulated(study, tmp_path / "parts", watch=interrupt)
     assert not [each.name for each in threading.enumerate() if "simulate_waiting" in each.name]
     assert simulated(study, tmp_path / "parts", resume=True) == whole

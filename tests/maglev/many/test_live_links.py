@@ -52,11 +52,11 @@ def test_a_command_names_the_scenario_without_a_way_round(tmp_path: Path, monkey
 @pytest.mark.parametrize(("said", "why"), [
     (about(targets=("reference.y.amplitude",)), "the samples differ in reference.y.amplitude"),
     (about(targets=("plant.y.force",)), "the samples differ in plant.y.force"),
-    (about({"step": "0.1ms"}), "this study was run with --step"),
-    (about({"native": True, "controller": "mine.fmu"}), "this study was run with --controller"),
+    (about({"step": "0.1ms"}), "this study ran with --step"),
+    (about({"native": True, "controller": "mine.fmu"}), "this study ran with --controller"),
     (about(given={"reference.y.amplitude": 1.0}), "the samples differ in reference.y.amplitude"),
     (about(scenario="2dof-identification-rig"), "it does not have 2dof-identification-rig"),
-    (about(scenario="mine.toml"), "mine.toml is none of these")])
+    (about(scenario="mine.toml"), "not mine.toml")])
 def test_what_the_live_page_cannot_run(said: dict[str, Any], why: str) -> None:
     assert why in why_no_replay(said)
 
@@ -65,7 +65,7 @@ def test_links_stand_where_the_live_page_lies(fastest_fmus: Path, tmp_path: Path
     study = planned(tmp_path, fastest_fmus, vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.35]}])
     made = samples_table(study, simulate_samples(study.job, 0, study.values), samples_schema(study))
     own = study_page(made, study.about, live=True)
-    assert "The live page cannot run these: it has the packaged runs alone" in own, shortened(own)
+    assert "The live page cannot run these: it has the packaged runs only" in own, shortened(own)
     name = "2dof-setpoints"
     packaged = {**study.about, "scenario": name, "run": {**study.about["run"], "scenario": name}}
     for there in (False, True):

@@ -32,7 +32,8 @@ def test_parameters_of_a_controller_in_python() -> None:
 
 
 @pytest.mark.parametrize(("scenario", "message"), [
-    ("2dof-pid-large", "controller = PID2DOF: expected an output regulator, whose poles are searched, or controller="),
+    ("2dof-pid-large", "controller = PID2DOF: expected an output regulator, whose poles are tuned, or "
+     "controller = FILE"),
     ("nope", "there is no scenario 'nope'; there are '")])
 def test_what_has_no_poles_is_refused(scenario: str, message: str) -> None:
     with pytest.raises(MaglevError, match=message):

@@ -89,7 +89,7 @@ def test_a_study_of_which_no_sample_comes_to_its_end(values: str, code: int, fas
     result = command("study", trial(tmp_path), "--vary", f"controller.sample_time={values}", "--fmus", fastest_fmus,
                      "--out", tmp_path, "--jobs", "1")
     assert result.exit_code == code, result.output
-    assert ("trial.study: none of 2 samples was completed; of the first: " in result.stderr) == (code == 2)
+    assert ("trial.study: no sample of 2 completed; the first failed: " in result.stderr) == (code == 2)
     assert maglev.Study(tmp_path / "trial.study.parquet").to_arrow().num_rows == 2
 
 

@@ -96,7 +96,7 @@ def test_the_page_says_from_where_on_it_breaks() -> None:
     passed = np.array(made["passed"].to_pylist())
     assert edges(Varied("", "", "kg", GRID[:, 0]), passed) == ("1 to 4 kg", "1 to 2 kg", "3 to 4 kg")
     assert edges(Varied("", "", "mm", 1e3 * GRID[:, 1]), passed) == ("500 to 1500 mm", "nowhere", "nowhere")
-    assert "No influence on what passes: plant.b." in where(made, about)
+    assert "Without influence on passing: plant.b." in where(made, about)
     text = study_verdict(made, about)
     assert "6 of 12 samples pass" in text and "by overshoot of v above its limit" in text
 
@@ -114,7 +114,7 @@ def test_of_values_at_random_the_share_that_passes_is_told_with_its_uncertainty(
     assert sum(part.samples for part in passing_shares(second, passed)) == 200
     assert has_influence(passing_shares(first, passed), 0.05)
     assert not has_influence(passing_shares(second, passed), 0.05)
-    assert "No clear influence on what passes: plant.b." in where(made, ABOUT)
+    assert "Without clear influence on passing: plant.b." in where(made, ABOUT)
     last, z2 = passing_shares(first, passed)[-1], 1.959964 ** 2
     assert (last.low, last.high) == (0.0, pytest.approx(z2 / (40 + z2)))   # of 0 in 40 its closed form
 
@@ -166,7 +166,7 @@ def test_the_page_begins_with_the_question_and_the_answer_then_the_map() -> None
     text = study_page(made, about)
     order = [text.index(each) for each in (
         "Does tiny stay within its limits with plant.a from 1 to 4 and plant.b from 0.5 to 1.5? <strong>6 of 12 samples"
-        " pass", "Where it holds, and where it breaks", 'id="response"', "what varies", 'id="histograms"',
+        " pass", "Where it holds, and where it breaks", 'id="response"', ">quantity<", 'id="histograms"',
         "Plant.fmu (native)")]
     assert order == sorted(order) and "a-guid" not in text
     whole = table(GRID[:, 0] / 10.0, GRID)

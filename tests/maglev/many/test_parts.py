@@ -194,8 +194,8 @@ def test_what_is_missing_or_broken_is_run_again(damage: Damage, again: int, brok
     assert here.study(study, tmp_path / "out", resume=True) == whole
     assert here.simulated == 8 + again
     assert here.said == ([] if broken == 0 else [
-        f"{tmp_path / 'out' / 'study.parts'}: missing, or not as it was written: {broken} of the parts; {12 - again} "
-        "of 20 samples are whole, the others are run again"])
+        f"{tmp_path / 'out' / 'study.parts'}: {broken} of the parts are missing or changed; {12 - again} "
+        "of 20 samples are complete, the others are run again"])
 
 
 def test_parts_of_another_study_are_none_of_this(here: Here, fastest_fmus: Path, tmp_path: Path) -> None:
@@ -213,7 +213,7 @@ def test_parts_of_another_study_are_none_of_this(here: Here, fastest_fmus: Path,
         shutil.copy(path, tmp_path / "out" / "study.parts")
     assert here.study(study, tmp_path / "out", resume=True) == whole
     assert here.simulated == 8 + 3
-    assert "2 of the parts; 9 of 20 samples are whole" in here.said[0]
+    assert "2 of the parts are missing or changed; 9 of 20 samples are complete" in here.said[0]
 
 
 def test_what_is_changed_meanwhile_is_never_merged(here: Here, fastest_fmus: Path, tmp_path: Path) -> None:
@@ -224,7 +224,7 @@ def test_what_is_changed_meanwhile_is_never_merged(here: Here, fastest_fmus: Pat
         if done == samples:
             shutil.copy(the(tmp_path / "out", "samples-0000003"), the(tmp_path / "out", "samples-0000004"))
 
-    with pytest.raises(ScenarioError, match=r"samples-0000004\..*: was changed or removed meanwhile"):
+    with pytest.raises(ScenarioError, match=r"samples-0000004\..*: was changed or removed during the study"):
         here.study(study, tmp_path / "out", watch=meddle)
     assert not (tmp_path / "out" / "study.parquet").exists()
     assert here.study(study, tmp_path / "out", resume=True) == whole

@@ -104,9 +104,9 @@ def test_what_varies_cannot_be_set_as_well(given: dict[str, str | float], tmp_pa
     """Each run would overwrite it; what a factor is of can be set."""
     name, = given
     both = {"set": ["plant.v.mass", "plant.h.mass"], "kind": "list", "values": [1.0]}
-    with pytest.raises(ScenarioError, match=rf"set=.*{name}.*: {name} varies, expected to be set, or to vary"):
+    with pytest.raises(ScenarioError, match=rf"set: .*{name}.*: {name} is set and varied, expected one of both"):
         maglev.study(tiny(vary=[both], set=given), fmus=tmp_path)
-    with pytest.raises(ScenarioError, match=f"{name} varies"):
+    with pytest.raises(ScenarioError, match=f"{name} is set and varied"):
         maglev.study(scenario(tmp_path), vary={name: [4.0]}, set=given, fmus=tmp_path)
     require_free(start_values({name: 1}), tiny(vary=[{**both, "mode": "factor"}]).vary, "study.toml")
 
@@ -121,7 +121,7 @@ def test_values_may_be_of_numpy(tmp_path: Path) -> None:
              np.array([True])}
     study = studying.varied("2dof-setpoints", given, None, (), None, 0)
     assert [[value.value for value in entry.values or ()] for entry in study.vary] == [[4, 5], [1.5], [True]]
-    for vary, keep, words in (({"plant.v.mass": None}, (), "required key is missing, for kind is 'list'"),
+    for vary, keep, words in (({"plant.v.mass": None}, (), "required key is missing with kind = 'list'"),
                               ({"plant.v.mass": 4.0}, (), "values = 4.0: expected a valid list"),
                               ({"plant.v.mass": [4.0]}, "plant.v.force", "keep = 'plant.v.force': expected a valid")):
         with pytest.raises(ScenarioError, match=words):

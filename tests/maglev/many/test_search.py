@@ -86,7 +86,7 @@ def left(fastest_fmus: Path, searched: Searched, tmp_path_factory: pytest.TempPa
         if done >= 40:   # of 8 candidates on 2 plants, in the third generation
             raise KeyboardInterrupt
 
-    with pytest.raises(Interrupted, match=r"interrupted: generations that are done are kept in .*resume=True"):
+    with pytest.raises(Interrupted, match=r"interrupted: finished generations are kept in .*, resume continues"):
         maglev.tune(searched.file, out=folder, fmus=fastest_fmus, jobs=1, watch=lambda _: nullcontext(interrupted))
     return folder / "tuned.parts"
 
@@ -194,7 +194,7 @@ def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, sear
     """It runs nothing again; and it continues with more generations."""
     shutil.copytree(left, tmp_path / "tuned.parts")
     assert len(list(left.glob("runs-*.npy"))) == 3   # the scenario's own, and two generations
-    with pytest.raises(ScenarioError, match="a part is done, expected resume=True"):
+    with pytest.raises(ScenarioError, match="a part is done: continue with resume,"):
         maglev.tune(searched.file, out=tmp_path, fmus=fastest_fmus, jobs=1)
     shown: list[int] = []
     resumed = maglev.tune(searched.file, out=tmp_path, fmus=fastest_fmus, jobs=1, resume=True,
@@ -234,7 +234,7 @@ def test_a_broken_generation_is_run_again(fastest_fmus: Path, searched: Searched
     said: list[str] = []
     resumed = maglev.tune(searched.file, out=tmp_path, fmus=fastest_fmus, jobs=1, resume=True, say=said.append)
     assert resumed.path.read_bytes() == searched.whole.path.read_bytes()
-    assert said == [f"{parts}: not as it was written: 1 of the parts, run again"]
+    assert said == [f"{parts}: 1 of the parts are changed and run again"]
 
 
 def test_a_tuning_whose_runs_all_end_early(fastest_fmus: Path, tmp_path: Path) -> None:

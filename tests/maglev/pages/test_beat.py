@@ -112,7 +112,7 @@ def test_a_result_is_that_of_the_run_that_is_seen_and_comes_with_the_link(tab: T
     again = Tab(browser, page, WIDE, link)
     wait_until(again.page, f"maglevLive.frames > 3 && {MEASURED}")
     assert again.evaluate("lawText()") == law and again.page.inner_text("#result tbody") == table
-    assert again.page.inner_text("#result caption").endswith("This is what the link says: run it to check.")
+    assert again.page.inner_text("#result caption").endswith("The link says so: run it to check.")
     assert again.evaluate("[maglevLive.state.controller, own.present]") == ["Regulator3DOF", False], "it runs by itself"
     again.page.click("#run-law")
     wait_until(again.page, f"{DONE} && !beat.sent")
@@ -146,7 +146,7 @@ def test_what_a_law_cannot_be_is_refused_by_name(tab: Tab) -> None:
     law = tab.evaluate("lawText()")
     for right, wrong, said in (('"limit": "A"', '"limmit": "A"', 'parameters has "limmit", expected an attribute'),
                                ("step(t) {", "step(t) {\nthis.sample_time = NaN;", "_cmd = NaN at t = 0 s, expected"),
-                               ("step(t) {", "step(t) {\nwhile (t > 0) {}", "has not come back")):
+                               ("step(t) {", "step(t) {\nwhile (t > 0) {}", "a step took longer")):
         assert right in law
         tab.evaluate("(text) => setLawText(text)", law.replace(right, wrong, 1))
         tab.page.click("#run-law")
@@ -173,7 +173,7 @@ def test_on_a_phone_gains_are_sliders(tab: Tab) -> None:
 @pytest.mark.parametrize("tab", [(WIDE, "#result=1,2,<b>"), (WIDE, "#story=beat&law=x")], ids=["result", "law"],
                          indirect=True)
 def test_a_link_that_cannot_be_read_is_refused_in_a_line(tab: Tab, request: pytest.FixtureRequest) -> None:
-    said = {"result": "Ignored of this link: result: expected 6 numbers",
+    said = {"result": "Ignored in this link: result: expected 6 numbers",
             "law": "The law of this link cannot be read: "}[request.node.callspec.id]
     wait_until(tab.page, f"document.getElementById('status').textContent.startsWith('{said}')")
     assert tab.evaluate("[beat.yours, own.present]") == [None, False]

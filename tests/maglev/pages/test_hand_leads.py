@@ -127,6 +127,6 @@ def test_a_refusal_stands_at_its_field_and_a_link_tells_what_it_lacks(tab: Tab) 
     tab.page.click(".parameter button")
     assert tab.page.inner_text("#parameter-wrong") == ""
     tab.evaluate("location.hash = 'run=nothing&speed=3'")
-    wait_until(tab.page, "document.getElementById('status').textContent.startsWith('Ignored of this link: ')")
+    wait_until(tab.page, "document.getElementById('status').textContent.startsWith('Ignored in this link: ')")
     said = tab.page.inner_text("#status")
     assert "run = nothing: there is no such run here" in said and "speed = 3, expected one of " in said

@@ -246,8 +246,8 @@ def test_what_a_page_of_ones_own_lacks_is_said(mine: Path, tmp_path: Path) -> No
     description.write_text(description.read_text(encoding="utf-8").replace("mass = 6.9 ", "mass = 6.8 "),
                            encoding="utf-8")
     said = error_line(maglev("live", "mine.toml", "--fmus", tmp_path))
-    assert "PlantMine.wasm is not the PlantMine that this installation builds now" in said
-    assert said.endswith("`maglev build --stage mine.toml --kind native --target wasm --fmus .` builds it again")
+    assert "PlantMine.wasm is not the PlantMine that this installation builds" in said
+    assert said.endswith("`maglev build --stage mine.toml --kind native --target wasm --fmus .` rebuilds it")
     (mine / "PlantMine.wasm").unlink()
     assert "PlantMine.wasm: there is no such file" in error_line(maglev("live", "mine.toml", "--fmus", tmp_path))
     scenario = tmp_path / "mine-setpoints.toml"

@@ -70,7 +70,7 @@ def test_spaces_and_windows_line_ends_are_read(tmp_path: Path) -> None:
     (SAMPLES, "", "bad_ref.csv: is empty, expected a CSV file"),
     ('"time"', '"t"', "bad_ref.csv: the first column is 't', expected time"),
     ("plant.at_stop", "plant.y.position", "row 1 has the column 'plant.y.position' 2 times, expected it once"),
-    ("0.05,0.0250001,0.0", "0.05,0.0250001", "row 3 has 2 values, expected 3 as the header has"),
+    ("0.05,0.0250001,0.0", "0.05,0.0250001", "row 3 has 2 values, expected 3 as in the header"),
     ("0.0250001", "fast", "row 3, column plant.y.position is 'fast', expected a finite number"),
     ("0.0250001", "nan", "row 3, column plant.y.position is 'nan', expected a finite number"),
     ("0.0250001", "-inf", "row 3, column plant.y.position is '-inf', expected a finite number"),

@@ -64,11 +64,11 @@ def test_readers_refuse_the_files_of_two_runs(fastest_fmus: Path, excited: Path)
             assert maglev.identify("results/excited.csv").estimate.final["C1"] > 0.0
             assert load_plan("fed.toml").signals
             continue
-        message = "results/excited.csv: is not the file that excited.json next to it is of"
+        message = "results/excited.csv: does not belong to excited.json next to it"
         with pytest.raises(CsvError, match=message):
             maglev.identify("results/excited.csv")
         assert message in error_line(command("identify", "results/excited.csv"))
-        with pytest.raises(MaglevError, match="is not the file that excited.json next to it is of"):
+        with pytest.raises(MaglevError, match="does not belong to excited.json next to it"):
             load_plan("fed.toml")
     Path("results/excited.json").unlink()   # columns alone are a recording as any
     assert maglev.identify("results/excited.csv").estimate.final["C1"] > 0.0
@@ -98,8 +98,8 @@ def test_a_second_run_into_the_folder_is_refused_before_it_runs(fastest_fmus: Pa
 
     monkeypatch.setattr(running, where, paused)
     ran(fastest_fmus, "results")
-    assert seen == ["maglev: results/excited: another process is writing the files of this run, expected one at a "
-                    "time: wait for it, or give another --out"] * 2
+    assert seen == ["maglev: results/excited: another process is writing the files of this run: wait for it, or give "
+                    "another out"] * 2
     ran(fastest_fmus, "results")
     assert not list(Path("results").glob(".*"))
     assert maglev.identify("results/excited.csv").estimate.final["C1"] > 0.0

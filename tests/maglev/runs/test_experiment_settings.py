@@ -151,8 +151,8 @@ def test_what_was_set_is_said_and_written_down(fmus: Path, mine: Path, tmp_path:
     path = scenario(tmp_path, 'model = "Regulator3DOF"')
     done = command("run", path, "--controller", mine, "--fmus", fmus, "--out", tmp_path, "--set",
                    "controller.current_limit=3 A")
-    assert ("controller (mine.py) keeps its own controller.y.k1, controller.y.k2: those of the plan are settings of "
-            "Regulator3DOF; --keep-settings gives them") in done.stderr
+    assert ("controller (mine.py) keeps its own controller.y.k1, controller.y.k2: the plan's values are settings of "
+            "Regulator3DOF; keep_settings gives them") in done.stderr
     assert "controller (mine.py) starts with current_limit = 3 A" in done.stderr
     fmu = json.loads((tmp_path / "scenario.json").read_text())["provenance"]["fmus"]
     assert fmu[0]["start"] == {"current_limit": 3.0}
@@ -166,7 +166,7 @@ def test_what_was_set_is_said_and_written_down(fmus: Path, mine: Path, tmp_path:
                                    ("study", RUN, "--vary", "plant.y.mass=6:7:2"), ("tune", "horizontal-3dof")])
 def test_without_another_fmu_there_is_nobody_to_keep_them(fmus: Path, tmp_path: Path, words: tuple[str, ...]) -> None:
     done = command(*words, "--keep-settings", "--fmus", fmus, *(() if words[0] == "check" else ("--out", tmp_path)))
-    assert "--keep-settings: expected --controller or --plant with it" in error_line(done)
+    assert "keep_settings: needs controller or plant" in error_line(done)
 
 
 def test_they_are_kept_for_those_who_are_put_in(fmus: Path, mine: Path, tmp_path: Path) -> None:

@@ -70,8 +70,8 @@ def test_a_packed_scenario_is_repeated(fmus: Path, mine: Path, tmp_path: Path) -
 def test_what_cannot_be_packed(fmus: Path, mine: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = mine.read_bytes()
     line = error_line(maglev("pack", "ref", mine, "2dof-smooth-nonlinear", "--fmus", fmus))
-    assert "names no FMU" in line
-    assert "expected --name with what it takes the place of, one of controller, plant" in line
+    assert "does not name" in line
+    assert "needs name: the FMU that it replaces, one of controller, plant" in line
     with pytest.raises(ScenarioError, match="sensor: is not in the scenario 2dof-smooth-nonlinear, expected one of"):
         pack.pack_reference(mine, "2dof-smooth-nonlinear", name="sensor", fmus=fmus)
     monkeypatch.setattr(pack, "LARGEST", 1000)
@@ -85,6 +85,6 @@ def test_what_cannot_be_packed(fmus: Path, mine: Path, tmp_path: Path, monkeypat
                                                                           found.results["motor.i_q_cmd"]]})
 
     monkeypatch.setattr(pack, "recorded_experiment", wrong)
-    with pytest.raises(FmuError, match="run alone with what it got in short: deviates first at t = 0 s"):
+    with pytest.raises(FmuError, match="gives other outputs, so nothing is written: deviates first at t = 0 s"):
         pack.pack_reference(mine, tmp_path / "short.toml", fmus=fmus)
     assert mine.read_bytes() == before

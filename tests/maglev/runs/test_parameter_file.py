@@ -85,9 +85,9 @@ def test_a_unit_that_nobody_knows_yet_is_left_to_the_fmu(tmp_path: Path) -> None
     (one("Real", "1", "q"), unit("q", factor="inf"), "declares the unit q with factor = inf, expected a number"),
     ('<v:Parameter name="plant.y.mass"/>', "", "parameter plant.y.mass has no value, expected one"),
     (one("Real", "1") * 2, "", "parameter plant.y.mass is there twice, expected it once"),
-    (one("Real", "1", name="y.mass"), "", "parameter y.mass: no FMU y, expected controller.… or plant.…, or of which "
-     "FMU they are, such as parameters={'controller': 'mine.ssv'}"),
-    ("", "", "has no parameters, expected some")])
+    (one("Real", "1", name="y.mass"), "", "parameter y.mass: no FMU y, expected controller.… or plant.…, or the FMU "
+                                          "given as in parameters: controller = mine.ssv"),
+    ("", "", "has no parameters, expected at least one")])
 def test_refusals(tmp_path: Path, parameters: str, units: str, says: str) -> None:
     path = written(tmp_path, parameters, units)
     with pytest.raises(ScenarioError) as refused:

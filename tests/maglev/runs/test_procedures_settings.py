@@ -66,7 +66,7 @@ target = 4
      ["procedure.runs.stage = 'mine-a'", "not a"]),
     ("target = 4", "than = { epsilon = 0.01 }\ntarget = 4", ["claims[0].target = 4", "no meaning", "with than"]),
     ('value = "thrust"', 'value = "trust"', ["procedure.claims[0].value = 'trust'", "'thrust'"]),
-    ('name = "my-procedure"', 'name = "mine-b"', ["procedure.name = 'mine-b'", "a run is called so"])])
+    ('name = "my-procedure"', 'name = "mine-b"', ["procedure.name = 'mine-b'", "a run has this name"])])
 def test_refusals_are_one_line_with_file_and_key(tmp_path: Path, old: str, new: str, words: list[str]) -> None:
     text = FILE.format(drive=PACKAGED / "loops" / "2dof-drive.toml")
     assert text.count(old) == 1

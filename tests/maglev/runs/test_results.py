@@ -133,7 +133,8 @@ def test_what_is_installed_without_an_extra_has_no_pyarrow() -> None:
             "import maglev.many.tuning_plan, maglev.many.tuning_search, maglev.api.batch, maglev.api.comparing\n"
             "try:\n    maglev.study('payload-friction')\nexcept maglev.MaglevError as error:\n    print(error)")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.startswith("a study needs pyarrow, expected it to be installed: python -m pip install "
+    assert done.stdout.startswith("a study needs pyarrow; install it with the Python that runs maglev: python -m pip "
+                                  "install "
                                   "'maglev-fmus[study]'")
 
 

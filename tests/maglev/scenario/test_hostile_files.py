@@ -51,7 +51,7 @@ def test_byte_order_mark(tmp_path: Path) -> None:
 
 def test_nesting(tmp_path: Path) -> None:
     message = refused(tmp_path / "deep.toml", "a = " + 5000 * "[" + 5000 * "]")
-    assert message.endswith("nested too deeply, expected some levels")
+    assert message.endswith("are nested too deeply, expected fewer levels")
 
 
 def test_a_long_chain_of_files(tmp_path: Path) -> None:
@@ -121,7 +121,7 @@ def test_a_field_that_is_too_long(tmp_path: Path) -> None:
 def test_keys_in_keys_in_keys(tmp_path: Path) -> None:
     """Python cannot write such a value as text."""
     message = refused(tmp_path / "deep.toml", HEAD + f"[{'.'.join(3000 * ['a'])}]\nb = 1\n")
-    assert message.endswith("nested too deeply, expected some levels")
+    assert message.endswith("are nested too deeply, expected fewer levels")
 
 
 @pytest.mark.parametrize("line", ['title = "\\u001B[2J"', 'description = "a\\u009Bb"', '"\\u202E" = 1',

@@ -68,38 +68,29 @@ def test_defaults_are_completed_and_times_read() -> None:
     assert completed_options({"fmi": 3}) == {**completed_options({}), "fmi": 3}
 
 
-@pytest.mark.parametrize(("options", "in_python", "on_the_command_line"), [
-    ({"step": -1}, "step=-1: expected a time above 0 s", "--step -1: expected a time above 0 s"),
-    ({"keep_settings": True}, "keep_settings: expected controller or plant with it, which gets the settings",
-     "--keep-settings: expected --controller or --plant with it, which gets the settings"),
-    ({"set": {"plant.v.mas": 7}}, "set={'plant.v.mas': 7}: missing port: plant has no parameter or input 'v.mas'; "
-     "nearest is 'v.mass'", "--set plant.v.mas=7: missing port: plant has no parameter or input 'v.mas'; nearest is "
-     "'v.mass'"),
-    ({"timeout": "3 kg"}, "timeout='3 kg'", "--timeout 3 kg")])
-def test_messages_speak_as_who_reads_them(options: RunOptions, in_python: str, on_the_command_line: str,
-                                          fastest_fmus: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("options", "expected"), [
+    ({"step": -1}, "step = -1: expected a time above 0 s"),
+    ({"keep_settings": True}, "keep_settings: needs controller or plant"),
+    ({"set": {"plant.v.mas": 7}}, "set: plant.v.mas = 7: missing port: plant has no parameter or input 'v.mas'; "
+     "nearest is 'v.mass'"),
+    ({"timeout": "3 kg"}, "timeout = 3 kg")])
+def test_messages_are_the_same_in_python_and_on_the_command_line(options: RunOptions, expected: str,
+                                                                 fastest_fmus: Path, tmp_path: Path) -> None:
     given: RunOptions = {**options, "fmus": fastest_fmus}
     with pytest.raises(maglev.MaglevError) as refused:
         maglev.run("2dof-setpoints", **given)
-    assert str(refused.value).startswith(in_python)
+    assert str(refused.value).startswith(expected)
     words: list[str] = []
     for name, value in options.items():
         values = [f"{key}={each}" for key, each in value.items()] if isinstance(value, dict) else [str(value)]
         words += [OPTIONS[name].flag, *([] if value is True else values)]
     said = command("run", "2dof-setpoints", "--fmus", fastest_fmus, "--out", tmp_path, *words)
-    assert said.exit_code == 2 and f"maglev: {on_the_command_line}" in said.output
+    assert said.exit_code == 2 and f"maglev: {expected}" in said.output
 
 
 def test_choices_are_refused_with_the_nearest() -> None:
-    with pytest.raises(maglev.ScenarioError, match="order='jacob': expected one of sequential, jacobi; nearest is"):
+    with pytest.raises(maglev.ScenarioError, match="order = jacob: expected one of sequential, jacobi; nearest is"):
         maglev.run("2dof-setpoints", order="jacob")   # type: ignore[arg-type]
-
-
-@pytest.mark.usefixtures("slow")
-def test_messages_of_other_processes_speak_alike(tmp_path: Path) -> None:
-    """What is refused where a run is made, in a process of its own, reads as what is refused before."""
-    said = command("run", "2dof-step-1-nonlinear", "--fmus", "nowhere", "--out", tmp_path)
-    assert said.exit_code == 2 and "without --fmus those of" in said.output and "stage=" not in said.output
 
 
 def test_values_of_ones_own_bring_no_runs_to_compare_with(fastest_fmus: Path, tmp_path: Path,

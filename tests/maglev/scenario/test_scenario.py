@@ -213,7 +213,7 @@ def test_a_stage_in_place_of_a_scenario_and_the_other_way_round(tmp_path):
     path.write_text('stage = "other.toml"')
     with pytest.raises(maglev.MaglevError, match="mine.toml: is a scenario, expected the description of a stage"):
         maglev.stage(path)
-    with pytest.raises(maglev.MaglevError, match="3dof: is a stage of the package, expected the description of one of"):
+    with pytest.raises(maglev.MaglevError, match="3dof: is a packaged stage, expected the description of your own"):
         maglev.stage("3dof")
 
 

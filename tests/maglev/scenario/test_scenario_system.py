@@ -71,7 +71,7 @@ def test_what_a_system_cannot_have_is_said(tmp_path: Path, table: str, words: st
 
 
 def test_a_run_is_not_built_with_others(tmp_path: Path) -> None:
-    with pytest.raises(maglev.ScenarioError, match=r"ssp='2dof-push': expected no names with it, and no stage"):
+    with pytest.raises(maglev.ScenarioError, match=r"ssp = 2dof-push: cannot be combined with names, stage"):
         maglev.build(["PID3DOF"], ssp="2dof-push", fmus=tmp_path)
     with pytest.raises(maglev.ScenarioError, match="there is no scenario '2dof-pusch'; nearest is '2dof-push'"):
         maglev.build(ssp="2dof-pusch", fmus=tmp_path)

@@ -167,7 +167,7 @@ def test_units_of_the_header_go_before_those_of_the_signal(tmp_path):
         with pytest.raises(ValidationError) as caught:
             table_signal(tmp_path, text, **table)
         assert words in str(caught.value.errors()[0])
-    with pytest.raises(ValidationError, match="its unit 'counts' is unknown, expected unit with it"):
+    with pytest.raises(ValidationError, match="its unit 'counts' is unknown, needs unit"):
         table_signal(tmp_path, text.replace("[mm]", "[counts]"))
     assert table_signal(tmp_path, text.replace("[mm]", "[counts]"), unit="um").value(0.0) == pytest.approx(20.5e-6)
 
@@ -175,7 +175,8 @@ def test_units_of_the_header_go_before_those_of_the_signal(tmp_path):
 @pytest.mark.parametrize(("rows", "table", "misfit"), [
     ("0,20\n500,21\n1000,22\n", {}, "the run to 10 s is between its rows at 0 s and 500 s: expected time_unit"),
     ("0,20\n500,21\n1000,22\n", {"time_unit": "ms"}, ""), ("0,20\n500,21\n1000,22\n", {"time_unit": "s"}, ""),
-    ("1700000000,20\n1700000001,21\n", {}, "its rows are from 1.7e+09 s to 1.7e+09 s, the run from 0 s to 10 s: "),
+    ("1700000000,20\n1700000001,21\n", {}, "its rows are from 1.7e+09 s to 1.7e+09 s, outside the run from 0 s to 10 "
+                                           "s: "),
     ("1700000000,20\n1700000001,21\n", {"begin": 0}, ""), ("100,20\n101,21\n", {}, "its rows are from 100 s to 101 s"),
     ("100,20\n101,21\n", {"begin": "-0.5 s"}, ""), ("-3,20\n-1,21\n", {}, "its rows are from -3 s to -1 s"),
     ("-3,20\n0,21\n", {}, "its rows are from -3 s to 0 s"), ("10,20\n11,21\n", {}, "its rows are from 10 s to 11 s"),

@@ -16,7 +16,7 @@ from scipy.integrate import quad
 
 import maglev
 from maglev.analysis.axis_loop import stage_and_regulators as of_regulators
-from maglev.cli.new import MOTOR_KEYS
+from maglev.cli.new import stage_file
 from maglev.files.errors import ScenarioError, StageError
 from maglev.linear.loop import linearise_loop
 from maglev.scenario.loading import load_plan
@@ -157,7 +157,7 @@ def test_force_left_over_is_that_of_the_plant(tmp_path: Path) -> None:
     ({"# current_limit = 4.0": "current_limit = 3.0"},
      [r"v = 3.5 mm: i_d = 3.79 A holds the mover, expected less than 3 A: a larger limit"]),
     ({"continuous = 3.2": "continuous = 2.5"},
-     [r"v = 3.5 mm: i_d = 3.79 A holds the mover, for good the amplifiers give 3.54 A"])])
+     [r"v = 3.5 mm: i_d = 3.79 A holds the mover, the amplifiers give continuously 3.54 A"])])
 def test_what_runs_badly_is_said(tmp_path: Path, changes: dict[str, str], warnings: list[str]) -> None:
     path, _ = new_stage(tmp_path / "heavy.toml", motor=REAL)
     text = path.read_text(encoding="utf-8")
@@ -193,7 +193,7 @@ def test_the_command_prints_what_follows(tmp_path: Path, monkeypatch: pytest.Mon
 @pytest.mark.parametrize(("motor", "message"), [
     (["tiny"], "--motor tiny: expected one of small, medium, large"),
     (["force=3"], "--motor force=3: no such key; nearest is 'force_constant'"),
-    (["force_constant=93"], "--motor: without attraction, attraction_gap, pole_pitch, peak, expected KEY=VALUE"),
+    (["force_constant=93"], "--motor: attraction, attraction_gap, pole_pitch, peak missing, expected KEY=VALUE"),
     (["medium", "peak=3kg"], "--motor: peak: '3kg' is in kg, expected a quantity in A"),
     (["medium", "peak=1e9"], "--motor: peak = 1e.09 A, expected a number from 0.001 to 700 A"),
     (["medium", "gap=50mm"], "--motor gap=50mm: expected at most pole_pitch = 12 mm"),
@@ -208,7 +208,8 @@ def test_motors_that_are_none_are_refused(tmp_path: Path, motor: list[str], mess
 
 
 def test_the_help_names_all_keys() -> None:
-    assert set(MOTOR_KEYS) == {each.name for each in fields(Motor)}
+    told = re.search(r"Keys: ([^.]*)\.", stage_file.__doc__ or "")
+    assert told is not None and {each.name for each in fields(Motor)} <= {*re.findall(r"\w+", told[1])}
     assert all(path.is_file() for path in MOTORS.values())
 
 

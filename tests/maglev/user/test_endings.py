@@ -25,8 +25,8 @@ LEFT = {
     "a program that holds the pipe": "subprocess.Popen(['sleep', '600'], close_fds=False)",
     "a closed pipe": "[os.close(fd) for fd in pipes()]",
     "signals that are ignored": "[signal.signal(n, signal.SIG_IGN) for n in (1, 2, 3, 15)]"}
-KEPT = "had not ended 2 s after the run, and was ended with what it had started"
-BEHIND = "has left what it had started, which was ended after the run"
+KEPT = "still ran 2 s after the run, and was ended with its child processes"
+BEHIND = "left child processes, which were ended after the run"
 SAID = {"a thread": KEPT, "threads that start others": KEPT, "a function at the exit": KEPT,
         "a copy of the process": BEHIND, "a copy that continues": "", "a program": BEHIND,
         "a program that holds the pipe": BEHIND, "signals that are ignored": ""}

@@ -48,7 +48,7 @@ def test_a_file_that_ends_its_process_has_no_result(fastest_fmus: Path, tmp_path
         assert f"pd.py, line {line_of(path, statement)}: SystemExit: 0" in last
     else:
         assert ("controller (pd.py) ended its process with exit code 0 in fmi2DoStep" if place == "step" else
-                "maglev: pd.py: ended the process that reads it with exit code 0, expected a file that can be") in last
+                "maglev: pd.py: ended the process that reads it with exit code 0, expected an importable") in last
     assert (tmp_path / "trial.partial.csv").exists() == (place == "step")
     if place == "step":
         assert "at t = 0.1005 s: " in last
@@ -104,7 +104,7 @@ def test_an_import_that_hangs(fastest_fmus: Path, tmp_path: Path, monkeypatch: p
     path = misbehaving(tmp_path, "import", "import time\ntime.sleep(600)")
     line = error_line(maglev("run", trial(tmp_path), "--controller", path, "--fmus", fastest_fmus, "--out", tmp_path,
                              "--timeout", "2 s"))
-    assert line.startswith("maglev: pd.py: was not read within 3 s, expected a file that can be imported")
+    assert line.startswith("maglev: pd.py: was not read within 3 s, expected an importable file")
 
 
 @pytest.mark.few(1)

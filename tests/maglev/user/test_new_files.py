@@ -66,9 +66,9 @@ def test_they_run(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.Monkey
 
 def test_nothing_is_overwritten(tmp_path: Path) -> None:
     path = maglev.new_scenario(tmp_path / "mine.toml", "2dof")
-    assert "is there already" in error_line(command("new", "scenario", path))
-    assert "is there already" in error_line(command("new", "study", path, "--scenario", "2dof-setpoints"))
-    assert "there is no folder" in error_line(command("new", "scenario", tmp_path / "no" / "mine"))
+    assert "already exists" in error_line(command("new", "scenario", path))
+    assert "already exists" in error_line(command("new", "study", path, "--scenario", "2dof-setpoints"))
+    assert "does not exist" in error_line(command("new", "scenario", tmp_path / "no" / "mine"))
     assert "expected a name of letters" in error_line(command("new", "scenario", tmp_path / "4 mm"))
     assert "nearest is" in error_line(command("new", "scenario", tmp_path / "other", "--stage", "4dof"))
 
@@ -77,4 +77,4 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
                                               ("study", ".toml")])
 def test_a_name_may_lack_its_suffix(tmp_path: Path, kind: str, suffix: str) -> None:
     assert command("new", kind, tmp_path / "mine").exit_code == 0
-    assert "is there already" in error_line(command("new", kind, tmp_path / f"mine{suffix}"))
+    assert "already exists" in error_line(command("new", kind, tmp_path / f"mine{suffix}"))

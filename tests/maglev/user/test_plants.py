@@ -43,7 +43,7 @@ def test_the_first_plant_runs(fastest_fmus: Path, tmp_path: Path, stage: str) ->
     assert all(motor["peak_current"] > 1.0 for motor in metrics["motors"])
     # Nothing rubs and no encoder rounds: what is left is what has not yet died out.
     assert max(metrics["end_errors"].values()) < 1e-6
-    assert "is there already" in error_line(maglev("new", "plant", path, "--stage", stage))
+    assert "already exists" in error_line(maglev("new", "plant", path, "--stage", stage))
 
 
 def rows(stage: StageDescription) -> tuple[np.ndarray, np.ndarray]:
@@ -122,7 +122,7 @@ def test_its_fmu_has_a_page(slow: None, tmp_path: Path) -> None:
 
 WRONG = {
     "missing port": (('"h.encoder": "m",', ""), "outputs = {",
-                     "these names in the table of mover.py, line {line}, or --map"),
+                     "these names in the table of mover.py, line {line}, or a port map"),
     "misspelt port": (('"h.encoder": "m"', '"h.encodr": "m"'), '"h.encodr"',
                       "mover.py, line {line}: class Mover: outputs has 'h.encodr', expected an attribute"),
     "unit": (('"h.encoder": "m"', '"h.encoder": "m/s"'), '"h.encoder"', "connects m/s to m, expected the same unit; "

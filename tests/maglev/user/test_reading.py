@@ -148,7 +148,7 @@ def test_poles_become_gains(tmp_path: Path) -> None:
     ('currents = "peak"', 'currents = "mean"', "catalogue.currents: 'mean', expected 'rms' or 'peak'"),
     ("force_constant", "forceconstant", "catalogue.forceconstant: no such key; nearest is 'force_constant'"),
     ("force_constant = 2.313 ", 'force_constant = "2.3 N" ', "catalogue.force_constant: '2.3 N' is in N"),
-    ("force_constant = 2.313 ", "# ", r"catalogue.force_constant: missing, expected it, or \[catalogue.winding\]"),
+    ("force_constant = 2.313 ", "# ", r"catalogue.force_constant: missing; give it, or \[catalogue.winding\]"),
     ("at = 0.025 ", "at = 0.06 ", "catalogue.at: 60 mm, expected a gap of 8…40 mm"),
     ("[catalogue]\n", "[plant]\n[catalogue]\n", "plant: expected the constants there, or .*not both"),
     ("lower = 0.008\n", "lower = 0.004\n", "field: gaps from 8 to 40 mm, expected a table from lower = 4 mm"),
@@ -226,9 +226,9 @@ def test_a_tilt_is_left_as_fast_as_its_motors_have_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("name", "like", "message"), [
-    *((name, "3dof", f"name: {name.removesuffix('.toml')!r}, expected small letters and digits, a letter first")
-      for name in ("own.txt", "Own.toml", "own_2", "2nd.toml")), ("own.toml", "4dof", "like='4dof': expected one of"),
-    ("there.toml", "3dof", "it is there already"), ("no/own.toml", "3dof", "there is no folder")])
+    *((name, "3dof", f"name: {name.removesuffix('.toml')!r}, expected lower-case letters and digits, a letter first")
+      for name in ("own.txt", "Own.toml", "own_2", "2nd.toml")), ("own.toml", "4dof", "like = 4dof: expected one of"),
+    ("there.toml", "3dof", "already exists"), ("no/own.toml", "3dof", "does not exist")])
 def test_a_new_stage_overwrites_nothing(tmp_path: Path, name: str, like: str, message: str) -> None:
     (tmp_path / "there.toml").write_text("name = 1\n", encoding="utf-8")
     with pytest.raises(StageError, match=message):

@@ -86,8 +86,8 @@ def test_a_module_beside_it_has_a_name_of_ours(tmp_path: Path, beside: str, line
     with pytest.raises(tool.ControllerError) as refusal:
         load(path)
     module = beside.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
-    assert str(refusal.value) == (f"{other}: {module} is imported of maglev-fmus, expected another name for what is "
-                                  "beside the controller")
+    assert str(refusal.value) == (f"{other}: maglev-fmus has a module {module}, expected another name for the "
+                                  "file next to the controller")
 
 
 EXECUTED = {
@@ -200,7 +200,7 @@ def test_a_class_does_not_run_beside_an_fmu_that_is_not_ours(fastest_fmus: Path,
     assert spec is not None and spec.loader is not None
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
-    with pytest.raises(tool.ControllerError, match=r"class PD.*: .* but plant \(Plant2DOF\.fmu\) is not what this"), \
+    with pytest.raises(tool.ControllerError, match=r"class PD.*: .* \(Plant2DOF\.fmu\) was not built by"), \
             pytest.warns(UserWarning):
         tool.run(trial(tmp_path), controller=module.PD, fmus=old)
 
@@ -212,5 +212,5 @@ def test_a_class_is_of_its_process() -> None:
 
     given = path_of(PD)
     del CLASSES[given]   # as it is in another process
-    with pytest.raises(tool.ControllerError, match=r"class PD( \(\d+\))?: it was given as a class, which only the "):
+    with pytest.raises(tool.ControllerError, match=r"class PD( \(\d+\))?: a class runs only in the process"):
         Replacement(given).description("controller")

@@ -171,7 +171,7 @@ def test_the_first_controller_runs(fastest_fmus: Path, tmp_path: Path, stage: st
     assert max(metrics["end_errors"].values()) < 10e-6   # the encoder's resolution; a tilt by a fifth of it
     assert "class LQI:" in path.read_text()
     before = path.read_text()
-    assert "is there already" in error_line(maglev("new", "controller", path, "--stage", stage))
+    assert "already exists" in error_line(maglev("new", "controller", path, "--stage", stage))
     assert path.read_text() == before
 
 

@@ -120,7 +120,7 @@ def test_every_command_says_it(folder: Path, monkeypatch: pytest.MonkeyPatch, na
     if name == "list":
         assert said(result) == ["PlantMine", "RegulatorMine", "StageMine"]
     elif name != "live":
-        assert "`maglev build --stage mine.toml` builds it again" in " ".join(result.output.split())
+        assert "`maglev build --stage mine.toml` rebuilds it" in " ".join(result.output.split())
 
 
 def test_results_are_modified(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -136,11 +136,11 @@ def test_an_environment_and_the_functions_say_it(folder: Path, monkeypatch: pyte
     import gymnasium
 
     monkeypatch.chdir(folder)
-    with pytest.warns(UserWarning, match="PlantMine that this installation builds now"):
+    with pytest.warns(UserWarning, match="PlantMine that this installation builds"):
         maglev.run("short.toml", fmus="fmus")
     (folder / "fmus" / "native").mkdir(exist_ok=True)
     (folder / "fmus" / "native" / "PlantMine.fmu").write_bytes((folder / "fmus" / "PlantMine.fmu").read_bytes())
-    with pytest.raises(MaglevError, match="PlantMine that this installation builds now"):
+    with pytest.raises(MaglevError, match="PlantMine that this installation builds"):
         gymnasium.make("maglev.gym:maglev/Stage-v0", stage="mine.toml", fmus="fmus")
 
 

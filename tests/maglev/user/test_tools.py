@@ -119,7 +119,7 @@ def test_list() -> None:
 def test_without_its_description_its_fmus_are_not_known() -> None:
     STAGES.forget("kite")
     for unknown in (lambda: maglev.build("PlantKite"), lambda: maglev.linearise("PlantKite", {"v": 0.02})):
-        with pytest.raises(maglev.MaglevError, match="PlantKite.*, or with stage='mine.toml' one of your own stage"):
+        with pytest.raises(maglev.MaglevError, match="PlantKite.*, or one of your own stage, with stage = mine.toml"):
             unknown()
 
 

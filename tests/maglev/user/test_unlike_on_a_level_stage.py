@@ -218,7 +218,7 @@ def test_tables_over_the_gap_are_of_motors_that_are_alike(tmp_path: Path) -> Non
     for key, value in (("table", "{ lower = 0.018, spacing = 0.001 }"),
                        ("schedule", "{ bounds = [0.029, 0.025, 0.021], setpoints = [0.031, 0.027, 0.023, 0.019] }")):
         path = described(tmp_path / f"{key}.toml", {"[design]\n": f"[design]\n{key} = {value}\n"})
-        with pytest.raises(StageError, match=f"design.{key}: expected none next to motors.alpha, which has numbers"):
+        with pytest.raises(StageError, match=f"design.{key}: not allowed next to motors.alpha, which has its own"):
             read_own(path)
 
 

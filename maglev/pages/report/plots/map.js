@@ -36,7 +36,7 @@ class OutcomeMaps {
       law.canvas = html("canvas", { tabindex: 0, role: "application" }, figure);
       this.listen(law);
     }
-    this.place = html("p", { class: "place", role: "status" }, place, `Point at a place, or tap it: what became of it${laws[0].command ? ", and how to run it" : ""}.`);
+    this.place = html("p", { class: "place", role: "status" }, place, `Point at a place, or tap it, to see its outcome${laws[0].command ? " and its command" : ""}.`);
     if (!laws[0].command) return;
     this.card = html("p", { hidden: "" }, place);
   }
