@@ -227,7 +227,7 @@ def needed_tolerances(result: RunResult, shown: Iterable[Shown], kinds: Sequence
                       moves: bool) -> dict[str, float]:
     """Tolerances by name of the columns that panels of some kinds draw of a run, and, if it `moves`, the picture.
 
-    What the picture alone has is COARSER: it has fewer px.
+    Columns of the picture alone are COARSER, because it has fewer px.
     """
     plan = result.plan
     drawn = {panel for figure in shown if figure.has(plan.name) for panel in figure.panels}
