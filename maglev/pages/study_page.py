@@ -186,10 +186,10 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
                                 str(beyond_limits(values, about, name).sum())])
             else:
                 others.append(cells)
-    every = html_table(heads, others) if others else ""
+    every = html_table(heads, others, look="cards numbers") if others else ""
     if not limited:
         return every
-    return html_table((*heads, "limits", "samples outside"), limited) + (
+    return html_table((*heads, "limits", "samples outside"), limited, look="cards numbers") + (
         f"<details><summary>Metrics without limits</summary>{every}</details>" if every else "")
 
 
