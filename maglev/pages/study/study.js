@@ -220,7 +220,7 @@ function drawResponse(most = 960) {
   svg("text", { class: "start", x: 4, y: y + 42 }, picture, words.filter(Boolean).join(", "));
   if (report.passed.includes(0)) {
     svg("path", { class: "fails", d: `M${beside} ${y + 2}l8 8m0 -8l-8 8` }, picture);
-    svg("text", { class: "start", x: beside + 14, y: y + 10 }, picture, several ? "fail, smaller where few of a cell do" : "fails");
+    svg("text", { class: "start", x: beside + 14, y: y + 10 }, picture, several ? "share that fails" : "fails");
   }
   if (parallel) {
     brush(picture, box, [first, over].map((column, k) => (columns.includes(column) ? { ...sides[k], column: columns.indexOf(column) } : null)));
