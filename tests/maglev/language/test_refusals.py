@@ -46,6 +46,7 @@ def doubled(function):
 class Part:
     def __init__(self, gain):
         self.gain = gain
+        self.label = "part"
 
 
 class Other:
@@ -196,6 +197,7 @@ EXPRESSIONS = {
         "self.unlike[1] is unlike self.unlike[0]: expected a list of numbers of one type, or of objects of one "
         "class with attributes of the same types",
     "self.name": "self.name is of str: expected a number, a Boolean, an object or a list",
+    "self.part.label": "self.label is of str: expected a number, a Boolean, an object or a list",   # as Part has it
     "self.nothing": "self.nothing is None: expected a number, a Boolean, an object or a list",
     "self.table['a']": "self.table is of dict: expected a number, a Boolean, an object or a list",
     "self.missing":
