@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 from maglev.api.options import experiments_of
-from maglev.cosim import block_loop, lane_loop
+from maglev.cosim import lane_loop
 from maglev.cosim.master import FmuSetup, Master, Recording
 from maglev.many import batches
 from maglev.many.batches import runners
@@ -127,9 +127,9 @@ def study_times(study: PlannedStudy) -> dict[str, float]:
 
     assert not any(batch_result(study, 1).failures)   # with it, what is done once
     times = {}
-    with patch.object(block_loop, "kept", lambda *_: None):   # no loop is found
+    with patch.object(lane_loop, "kept", lambda *_: None):   # no loop is found
         times["by calls of the FMUs"] = alone()
-    with patch.object(lane_loop, "kept", lambda *_: None):
+    with patch.object(lane_loop, "widest", lambda: lane_loop.ONE_LANE), patch.object(batches, "WORTH_WIDENING", 0):
         assert batches.has_loop(study.job, study.batches, study.values)   # compiles it
         times[BLOCKS] = alone()
     with patch.object(batches, "WORTH_WIDENING", 0):

@@ -7,6 +7,7 @@ import numpy as np
 from maglev.analysis.axis_loop import AxisLoop
 from maglev.analysis.certificate import LARGEST_STEP, Certificate
 from maglev.files.arrays import Array, Bools
+from maglev.runs.measuring import last_with, overshoots, settling_times
 
 HORIZON = 20.0       # s, after which a state that is not back is taken for lost
 LOOK = 500           # samples between two looks at who is back or lost
@@ -28,15 +29,14 @@ class Response:
     @property
     def overshoot(self) -> float:
         """Farthest way beyond the reference, as a share of the step."""
-        return max(0.0, float((self.position / self.step).max()) - 1.0)
+        off = self.position - self.step
+        return float(overshoots(off.max(), off.min(), np.float64(self.step)))
 
     @property
     def settling(self) -> float:
-        """Time after which the error stays below 0.1 mm, s; inf if it does not within the response."""
-        outside = np.flatnonzero(np.abs(self.position - self.step) >= BAND)
-        if len(outside) == 0:
-            return 0.0
-        return float(self.time[outside[-1] + 1]) if outside[-1] + 1 < len(self.time) else float("inf")
+        """Time to the last sample with an error beyond 0.1 mm, s; inf if that is the last of the response."""
+        outside = last_with(np.abs(self.position - self.step) > BAND, 0, np.array(-1.0))
+        return float(settling_times(self.time, outside, 0, len(self.time)))
 
 
 class Samples:

@@ -3,10 +3,21 @@
 #include <stdint.h>
 #include "instance.h"
 #include "export.h"
-#include "run.h"
 $includes
 
-$observer
+/* How a run ends, as in lane_loop.py. */
+enum { RUN_DONE, RUN_REFUSED, RUN_OTHERWISE };
+
+/* The struct Moved of lane_loop.py. */
+struct moved {
+    double time, time_stride, size;
+};
+
+/* Whether an instance would take a step of co-simulation as it is. */
+static bool ready(const struct Progress *progress)
+{
+    return progress->phase == RUNNING && !progress->exchange && !progress->events && !progress->suspect;
+}
 
 /* Several runs side by side, each in a lane: what they differ in is a vector. */
 #define LANES $width
@@ -41,69 +52,58 @@ $load
     return same ? RUN_DONE : RUN_OTHERWISE;
 }
 
-/* Have a lane go on as another one. */
-static void copy_lane(struct in_lanes *all, int to, int from)
+/* Have lanes in which there is no run go on as one in which there is; false if there is no run at all. */
+static bool fill(struct in_lanes *all, const bool *live)
 {
+    int from = 0;
+    while (from < LANES && !live[from]) {
+        ++from;
+    }
+    for (int to = 0; from < LANES && to < LANES; ++to) {
+        if (!live[to]) {
 $copy
+        }
+    }
+    return from < LANES;
 }
 
-/* Make all steps of the runs in the first lanes to communication point `last`; `status` says of each how it ends. Of
-   tracks of signals, rows[run][track] has the values of one after the other at all points. */
-EXPORT void maglev_lanes(const struct in_lanes *taken, int64_t count, const struct moved *calls,
-                         const void *const *const *rows, int64_t last, const volatile int64_t *ended,
-                         struct observer *const *observers, int64_t *status);
-void maglev_lanes(const struct in_lanes *taken, int64_t count, const struct moved *calls, const void *const *const *rows,
-                  int64_t last, const volatile int64_t *ended, struct observer *const *observers, int64_t *status)
+/* Write the rows of what is seen at communication points `first` to before `end`, and make the steps that begin at these,
+   but none at the `last` point of all. `status` says how the run in each lane goes. Of tracks of signals,
+   rows[run][track] has the values of one after the other at all points. */
+EXPORT void maglev_lanes(struct in_lanes *taken, const struct moved *calls, const void *const *const *rows, int64_t first,
+                         int64_t end, int64_t last, double *seen, int64_t *status);
+void maglev_lanes(struct in_lanes *taken, const struct moved *calls, const void *const *const *rows, int64_t first,
+                  int64_t end, int64_t last, double *seen, int64_t *status)
 {
     struct in_lanes all = *taken;
     const int64_t points = last + 1;
-    struct seen seen[LANES] = {{{0}}};
     bool live[LANES];
     $signals
     (void)points;
     for (int lane = 0; lane < LANES; ++lane) {
-        live[lane] = lane < count;
-        if (!live[lane]) {
-            copy_lane(&all, lane, 0);
-        } else {
-            status[lane] = RUN_DONE;
-        }
+        live[lane] = status[lane] == RUN_DONE;
     }
-    for (int64_t k = 0;; ++k) {
+    if (!fill(&all, live)) {
+        return;
+    }
+    for (int64_t k = first; k < end; ++k, seen += $columns * LANES) {
         lanes_int refused = {0};
-        for (int lane = 0; lane < LANES; ++lane) {
-            if (live[lane]) {
 $see
-                observe(observers[lane], k, &seen[lane]);
-            }
-        }
         if (k == last) {
-            return;
-        }
-        if (k % 1024 == 0 && *ended) {
-            for (int lane = 0; lane < count; ++lane) {
-                status[lane] = RUN_ENDED;
-            }
-            return;
+            break;
         }
 $step
         if (lanes_any(refused)) {
-            int from = -1;
             for (int lane = 0; lane < LANES; ++lane) {
                 if (live[lane] && refused[lane]) {
                     live[lane] = false;
                     status[lane] = RUN_REFUSED;
                 }
-                from = live[lane] ? lane : from;
             }
-            if (from < 0) {
+            if (!fill(&all, live)) {
                 return;
-            }
-            for (int lane = 0; lane < LANES; ++lane) {
-                if (!live[lane]) {
-                    copy_lane(&all, lane, from);
-                }
             }
         }
     }
+    *taken = all;
 }

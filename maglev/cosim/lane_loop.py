@@ -1,35 +1,28 @@
-"""Whole runs of native FMUs side by side, one in each lane of a vector register, with the bits of single runs.
+"""Whole runs of native FMUs as one C function with the FMUs' blocks, one run in each lane of a vector register.
 
-The FMUs' blocks are translated once more, for lanes: values that differ between runs become vectors. These are
-differing start values, values that `start` and `step` compute from them, and values that connections pass on. The
-library is compiled here, for the widest vectors that this processor has; its key has their name, so that a cache that
-another processor filled has none that this one cannot run.
+The blocks are translated once more, for lanes: values that differ between runs become vectors. These are differing
+start values, values that `start` and `step` compute from them, and values that connections pass on. A run by itself is
+one lane in which nothing differs. The function begins with the initialised instances and with their first row, and has
+the operations of the calls: the bits are the same. It writes a row of chosen columns at each communication point, and
+reports a run that an FMU would refuse; then the calls are made, and give the error.
+
+The library is compiled here, for the widest vectors that this processor has; its key has their name, so that a cache
+that another processor filled has none that this one cannot run.
 """
 
 import platform
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from ctypes import CDLL, POINTER, addressof, byref, c_double, c_int64, c_void_p, create_string_buffer
+from ctypes import CDLL, POINTER, Structure, addressof, c_double, c_int64, c_void_p, create_string_buffer
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from maglev.cosim.block_loop import (
-    DONE,
-    HERE,
-    LOOP_FILE,
-    PARTS_INLINED,
-    BlockLoop,
-    Moved,
-    Part,
-    c_type,
-    filled_in,
-    fmus_of,
-    indented,
-    of_parts,
-)
 from maglev.cosim.fmu import Fmu
+from maglev.cosim.native_blocks import HERE, PARTS_INLINED, Part, filled_in, indented, native_parts
+from maglev.cosim.step_loop import in_c
 from maglev.cosim.wiring import Call, Track, Wiring
 from maglev.descriptions.own_fmus import definition, installed, own_build
+from maglev.files.arrays import Array
 from maglev.files.cache import BLOCK_LOOPS, Kept, digest_at, keep_here, kept, key_of
 from maglev.files.installed import code
 from maglev.fmi.block_code import c_path
@@ -37,12 +30,15 @@ from maglev.fmi.compiler import FLAGS, library
 from maglev.fmi.definition import FmuDefinition
 from maglev.fmi.native_build import host_platform, layer_names
 from maglev.language.blocks import METHODS
+from maglev.language.c_text import c_literal
 from maglev.language.lanes import LanesText, helper_text
 from maglev.language.program import Function, Struct
 from maglev.language.statements import Program
-from maglev.user.blocks import built_definition
+from maglev.user.blocks import Variables, built_definition
 
 SOURCE = HERE / "lane_loop.c"
+LOOP_FILE = "loop.c"
+DONE, REFUSED, OTHERWISE = range(3)   # results of functions: RUN_DONE and so on of lane_loop.c
 ALIGNED = 64   # bytes, of the longest vectors
 
 
@@ -59,6 +55,7 @@ LEVEL_3 = frozenset({"avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe
 WIDER = (Vectors(8, "x86_64_v4", LEVEL_3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}),
          Vectors(4, "x86_64_v3", LEVEL_3))
 NARROW = Vectors(2, "baseline", frozenset())
+ONE_LANE = Vectors(1, "baseline", frozenset())
 MOST_LANES = WIDER[0].width
 
 
@@ -87,13 +84,30 @@ class Varied(NamedTuple):
     signals: bool
 
 
+NOTHING = Varied(frozenset(), False)
+
+
+class Moved(Structure):
+    """Arguments of a call that move from step to step, as the C function takes them."""
+
+    _fields_ = (("time", c_double), ("time_stride", c_double), ("size", c_double))
+
+
+class Transfer(NamedTuple):
+    """A value that a call gets from a part or sets in it, and its column of a track."""
+
+    getting: bool
+    part: Part
+    variable: Any
+    track: int
+    column: int
+
+
 class LanePart:
     """An FMU in the loop: its block as a typed program, and the values that differ between lanes."""
 
-    def __init__(self, number: int, fmu: Fmu, own: FmuDefinition):
-        self.own, self.variables = own, own.native_variables
-        self.part = Part(number, self.variables)
-        self.block = self.part.block
+    def __init__(self, part: Part, own: FmuDefinition):
+        self.own, self.part, self.block = own, part, part.block
         program = Program(own.new_block(), (*installed().packages, "maglev.fmi"), layer_names())
         self.layout = program.layout
         self.methods = [program.method(name, types) for name, types in METHODS.items()]
@@ -121,9 +135,10 @@ class LanePart:
         self.varying.add(self.attribute(place))
         return new
 
-    def translate(self, width: int) -> None:
+    def translate(self, width: int) -> LanesText:
         self.text = LanesText(self.layout, self.methods, self.varying, width, f"lanes{self.part.number}_")
         self.varying = self.text.varying
+        return self.text
 
     def path(self, place: str) -> str:
         return f"all.{self.block}.{c_path(place)}"
@@ -132,49 +147,64 @@ class LanePart:
 class LaneCode:
     """C of a wiring in lanes."""
 
-    def __init__(self, wiring: Wiring, parts: Mapping[int, LanePart], varied: Varied, width: int):
+    def __init__(self, wiring: Wiring, native: Mapping[int, Part], varied: Varied, width: int):
         self.calls, = wiring.phases
-        self.tracks, self.parts, self.varied, self.width = wiring.tracks, parts, varied, width
+        self.tracks, self.native, self.varied, self.width = wiring.tracks, native, varied, width
+        self.transfers = [[*self.transfers_of(call)] for call in self.calls]
+        self.places = {name: (where, column) for where, track in enumerate(self.tracks)
+                       for column, name in enumerate(track.names)}
         self.rows: set[tuple[int, int]] = set()   # values of outputs that lanes differ in
-        for full in varied.names:
-            name, _, variable = full.partition(".")
-            for call in self.calls:
-                if call.what[0].name == name:
-                    part = parts[id(call.what[0])]
-                    part.make_vary(next(known.place for known in part.variables if known.name == variable))
-        translated: dict[int, int] = {}
-        while True:
-            for key, part in parts.items():
-                if translated.get(key) != len(part.varying):
-                    part.translate(width)
-                    translated[key] = len(part.varying)
-            if not sum(self.carry(call) for call in self.calls):
-                break
+        self.parts: dict[int, LanePart] = {}      # by number
 
-    def transfers(self, call: Call) -> Iterator[tuple[bool, LanePart, Any, int, int]]:
-        """Values that a call gets or sets: True for a get, the part, the variable, the track and its column."""
-        fmu, part = call.what[0], self.parts[id(call.what[0])]
+    def transfers_of(self, call: Call) -> Iterator[Transfer]:
+        if isinstance(call.moving, c_double):
+            return
+        fmu, part = call.what[0], self.native[id(call.what[0])]
         _, references, count, _ = call.arguments
         where, track = next((where, track) for where, track in enumerate(self.tracks)
                             if 0 <= call.base - track.address < track.array.nbytes)
         first = (int(call.base) - track.address) % track.stride // track.item
         getting = any(call.function is function for function in fmu.get_functions.values())
         for column, reference in enumerate(references[:count.value], first):
-            yield getting, part, part.variables[reference], where, column
+            yield Transfer(getting, part, part.variables[reference], where, column)
 
-    def carry(self, call: Call) -> bool:
-        """Pass on differences between lanes; return True if there are more than before."""
-        if isinstance(call.moving, c_double):
-            return False
-        more = False
-        for getting, part, variable, where, column in self.transfers(call):
-            if getting:
-                if part.varies(variable.place) and (where, column) not in self.rows:
-                    self.rows.add((where, column))
-                    more = True
-            elif self.row_varies(where, column):
-                more = part.make_vary(variable.place) or more
-        return more
+    @property
+    def form(self) -> object:
+        """What the C follows from, without the blocks."""
+        return ([[(call.what[0].name, each.getting, each.variable.name, each.track, each.column) for each in transfers]
+                 or call.what[0].name for call, transfers in zip(self.calls, self.transfers, strict=True)],
+                [(track.names, track.item, track.signals is None) for track in self.tracks],
+                sorted(self.varied.names), self.varied.signals, self.width)
+
+    def translate(self, own: Mapping[int, FmuDefinition]) -> None:
+        """Translate the blocks of FMUs, whose definitions are by identity."""
+        names = {}
+        for key, part in self.native.items():
+            self.parts[part.number] = LanePart(part, own[key])
+        for call in self.calls:
+            names[call.what[0].name] = self.native[id(call.what[0])]
+        for full in self.varied.names:
+            name, _, variable = full.partition(".")
+            if name in names:
+                self.parts[names[name].number].make_vary(
+                    next(known.place for known in names[name].variables if known.name == variable))
+        translated: dict[int, int] = {}
+        while True:
+            for key, lane_part in self.parts.items():
+                if translated.get(key) != len(lane_part.varying):
+                    lane_part.translate(self.width)
+                    translated[key] = len(lane_part.varying)
+            if not sum(self.carry(each) for transfers in self.transfers for each in transfers):
+                break
+
+    def carry(self, transfer: Transfer) -> bool:
+        """Pass on a difference between lanes; return True if there are more than before."""
+        part, place = self.parts[transfer.part.number], (transfer.track, transfer.column)
+        if not transfer.getting:
+            return self.row_varies(*place) and part.make_vary(transfer.variable.place)
+        new = part.varies(transfer.variable.place) and place not in self.rows
+        self.rows |= {place} if new else set()
+        return new
 
     def row_varies(self, where: int, column: int) -> bool:
         signals = self.tracks[where].signals is not None
@@ -189,12 +219,14 @@ class LaneCode:
             return f"lanes_from(row{where}, {column} * points + k)"
         return f"row{where}[{column} * points + k]"
 
-    def lines(self, number: int, call: Call) -> Iterator[str]:
+    def lines(self, number: int) -> Iterator[str]:
         """C of a call of a step."""
+        call = self.calls[number]
         if isinstance(call.moving, c_double):
-            yield from self.step_lines(number, self.parts[id(call.what[0])])
+            yield from self.step_lines(number, self.parts[self.native[id(call.what[0])].number])
             return
-        for getting, part, variable, where, column in self.transfers(call):
+        for getting, native, variable, where, column in self.transfers[number]:
+            part = self.parts[native.number]
             value, path = self.value(where, column), part.path(variable.place)
             if getting:
                 yield f"{value} = {path};"
@@ -202,8 +234,7 @@ class LaneCode:
             varies = self.row_varies(where, column)
             signals = self.tracks[where].signals is not None
             if not variable.boolean:
-                low, high = (repr(float(end)) for end in (variable.low, variable.high))
-                low, high = (end.replace("inf", "INFINITY") for end in (low, high))
+                low, high = (c_literal(float(end)) for end in (variable.low, variable.high))
                 yield (f"refused |= ~(({value} >= lanes_of_float({low})) & ({value} <= lanes_of_float({high})));"
                        if varies else f"refused |= lanes_of_bool(!({value} >= {low} && {value} <= {high}));")
             given = f"{value} != 0" if variable.boolean and signals else value
@@ -236,47 +267,42 @@ class LaneCode:
                    f"    refused |= lanes_of_bool(!isfinite({part.path(place)}));")
         yield "}"
 
-    def outputs(self) -> Iterator[tuple[int, int, Track]]:
-        for where, track in enumerate(self.tracks):
-            if track.signals is None:
-                for column in range(len(track.names)):
-                    yield where, column, track
-
-    def text(self, observer: str, seen: Mapping[str, str]) -> str:
-        """The C file."""
+    def text(self, seen: Sequence[str]) -> str:
+        """The C file, which writes the variables `seen`, 0 for one without a name; the blocks are translated."""
         members, load, copy = list[str](), list[str](), list[str]()
-        for part in self.parts.values():
-            assert part.text is not None
-            members.append(f"struct {part.text.struct_name(part.layout.root)} {part.block};")
+        texts = [part.text for part in self.parts.values() if part.text is not None]
+        for part, text in zip(self.parts.values(), texts, strict=True):
+            members.append(f"struct {text.struct_name(part.layout.root)} {part.block};")
             load.append(f"    const {part.part.type} *const {part.block} = "
                         f"(const {part.part.type} *)instances[{part.part.number}]->state->block;")
-            load += part.text.load(f"all->{part.block}", f"(*{part.block})")
-            copy += part.text.copied(f"all->{part.block}")
-        for where, column, track in self.outputs():
-            member, given = f"row{where}_{column}", f"((const {c_type(track)} *)rows[{where}])[{column}]"
-            varies = (where, column) in self.rows
-            kind = ("lanes_float" if track.item == 8 else "lanes_int") if varies else (
-                "double" if track.item == 8 else "int64_t")
-            members.append(f"{kind} {member};")
-            value = given if track.item == 8 else f"({given} != 0)"
-            if varies:
-                load.append(f"    all->{member}[lane] = {'' if track.item == 8 else '-(int64_t)'}{value};")
-                copy.append(f"    all->{member}[to] = all->{member}[from];")
-            else:
-                load += [f"    if (lane == 0) all->{member} = {value};",
-                         f"    same = same && {self.same(f'all->{member}', value, track)};"]
-        places = {name: (where, column) for where, track in enumerate(self.tracks)
-                  for column, name in enumerate(track.names)}
-        see = [f"seen[lane].{member} = {self.seen(*places[name])};" for member, name in seen.items()]
+            load += text.load(f"all->{part.block}", f"(*{part.block})")
+            copy += text.copied(f"all->{part.block}")
+        for where, track in enumerate(self.tracks):
+            for column in range(len(track.names) if track.signals is None else 0):
+                member, given = f"row{where}_{column}", f"((const {c_type(track)} *)rows[{where}])[{column}]"
+                varies = (where, column) in self.rows
+                kind = ("lanes_float" if track.item == 8 else "lanes_int") if varies else (
+                    "double" if track.item == 8 else "int64_t")
+                members.append(f"{kind} {member};")
+                value = given if track.item == 8 else f"({given} != 0)"
+                if varies:
+                    load.append(f"    all->{member}[lane] = {'' if track.item == 8 else '-(int64_t)'}{value};")
+                    copy.append(f"    all->{member}[to] = all->{member}[from];")
+                else:
+                    load += [f"    if (lane == 0) all->{member} = {value};",
+                             f"    same = same && {self.same(f'all->{member}', value, track)};"]
         signals = [line for where, track in enumerate(self.tracks) if track.signals is not None
                    for line in self.signal_lines(where)]
-        texts = [part.text for part in self.parts.values() if part.text is not None]
+        ready = (f"!ready(&instances[{part.number}]->state->progress)" for part in self.native.values())
         return filled_in(
-            SOURCE, **of_parts(part.part for part in self.parts.values()), observer=observer, width=self.width,
-            members=indented(members, 4), load="\n".join(load), copy="\n".join(copy),
+            SOURCE, includes="\n".join(f'#include "{part.header}"' for part in self.native.values()),
+            not_ready=" || ".join(ready), width=self.width, columns=len(seen),
+            members=indented(members, 4), load="\n".join(load), copy=indented(copy, 8),
             lanes="\n".join([helper_text(texts), *(text.structs() + text.functions_text() for text in texts)]),
-            see=indented(see, 16), signals=indented(signals, 4).lstrip(),
-            step=indented((line for number, call in enumerate(self.calls) for line in self.lines(number, call)), 8))
+            see=indented((f"lanes_put(seen + {number} * LANES, {self.seen(name)});"
+                          for number, name in enumerate(seen)), 8),
+            signals=indented(signals, 4).lstrip(),
+            step=indented((line for number in range(len(self.calls)) for line in self.lines(number)), 8))
 
     def same(self, member: str, value: str, track: Track) -> str:
         if track.item != 8:
@@ -285,49 +311,64 @@ class LaneCode:
 
     def signal_lines(self, where: int) -> Iterator[str]:
         if not self.varied.signals:
-            yield f"const double *const row{where} = rows[0][{where}];"
+            kind = c_type(self.tracks[where])
+            yield f"const {kind} *const row{where} = (const {kind} *)rows[0][{where}];"
             return
         yield f"const double *row{where}[LANES];"
-        yield f"LANES_LOOP row{where}[_lane] = rows[_lane < count ? _lane : 0][{where}];"
+        yield f"LANES_LOOP row{where}[_lane] = rows[_lane][{where}];"
 
-    def seen(self, where: int, column: int) -> str:
-        track = self.tracks[where]
-        if track.signals is not None:
-            return f"row{where}{'[lane]' if self.varied.signals else ''}[{column} * points + k]"
-        varies = (where, column) in self.rows
-        sign = "-" if varies and track.item != 8 else ""
-        return f"(double){sign}all.row{where}_{column}{'[lane]' if varies else ''}"
+    def seen(self, name: str) -> str:
+        """C of a variable of all lanes, as numbers."""
+        if not name:
+            return "lanes_of_float(0.0)"
+        where, column = self.places[name]
+        value = self.value(where, column)
+        if not self.row_varies(where, column):
+            return f"lanes_of_float((double){value})"
+        return value if self.tracks[where].item == 8 else (
+            f"lanes_select({value}, lanes_of_float(1.0), lanes_of_float(0.0))")
+
+
+def c_type(track: Track) -> str:
+    """C type of a value of a track: a Real, or a Boolean of FMI 2.0 or 3.0."""
+    return {8: "double", 4: "int32_t", 1: "bool"}[track.item]
 
 
 class Taken:
-    """Runs in lanes: memory of the C, and rows with the arrays that they point to."""
+    """Runs in lanes: memory of the C, what it says of each run, and rows with the arrays that they point to."""
 
-    def __init__(self) -> None:
-        self.memory: Any = None
+    def __init__(self, size: int, width: int) -> None:
+        self.memory: Any = create_string_buffer(size + ALIGNED)
+        self.address = -(-addressof(self.memory) // ALIGNED) * ALIGNED   # as vectors need it
+        self.status = (c_int64 * width)(*[REFUSED] * width)
         self.rows: list[tuple[Any, list[Any]]] = []
-
-    def address(self, size: int) -> int:
-        """Address of so many bytes, as vectors need it."""
-        if self.memory is None:
-            self.memory = create_string_buffer(size + ALIGNED)
-        return -(-addressof(self.memory) // ALIGNED) * ALIGNED
 
 
 class LaneLoop:
-    """The function for a wiring that makes several runs side by side."""
+    """The function for a wiring that makes runs side by side, as many as it has lanes."""
 
-    def __init__(self, made: Kept, loop: BlockLoop, width: int, apart: bool):
+    def __init__(self, made: Kept, wiring: Wiring, native: Mapping[int, Part], width: int, apart: bool):
         self.width = width
-        self.loop = loop
         self.apart = apart   # true if every run has signals of its own
+        self.tracks = wiring.tracks
+        calls, = wiring.phases
+        fmus = {id(call.what[0]): call.what[0] for call in calls}
+        self.instances = (c_void_p * len(fmus))(*(fmus[key].handle() for key in native))
+        self.moved = (Moved * len(calls))(*(
+            Moved(call.base, call.stride, call.arguments[2].value) if isinstance(call.moving, c_double) else Moved()
+            for call in calls))
         library = CDLL(str(made.path.absolute()))
         self.take_in, self.function = library["maglev_lanes_take"], library["maglev_lanes"]
         self.take_in.restype = c_int64
         self.take_in.argtypes = [c_void_p, POINTER(c_void_p), POINTER(c_void_p), c_int64]
         self.function.restype = None
-        self.function.argtypes = [c_void_p, c_int64, POINTER(Moved), POINTER(c_void_p), c_int64, POINTER(c_int64),
-                                  POINTER(c_void_p), POINTER(c_int64)]
+        self.function.argtypes = [c_void_p, POINTER(Moved), POINTER(c_void_p), c_int64, c_int64, c_int64, c_void_p,
+                                  POINTER(c_int64)]
         self.size: int = self.take_in(None, None, None, 0)
+
+    def begin(self) -> Taken:
+        """Begin runs side by side, of which there is none yet."""
+        return Taken(self.size, self.width)
 
     def take(self, taken: Taken) -> int:
         """Put initialised instances, whose first row is there, into the next lane: DONE, REFUSED or OTHERWISE.
@@ -335,52 +376,56 @@ class LaneLoop:
         OTHERWISE if they differ in values that the lanes have in common.
         """
         arrays = [track.array if track.signals is None else track.signals.copy() if self.apart else track.signals
-                  for track in self.loop.tracks]
+                  for track in self.tracks]
         rows = (c_void_p * len(arrays))(*(array.ctypes.data for array in arrays))
-        status: int = self.take_in(taken.address(self.size), self.loop.instances, rows, len(taken.rows))
+        status: int = self.take_in(taken.address, self.instances, rows, len(taken.rows))
         if status == DONE:
+            taken.status[len(taken.rows)] = DONE
             taken.rows.append((rows, arrays))
         return status
 
-    def run(self, taken: Taken, steps: int, ended: c_int64, observers: Sequence[Any]) -> list[int]:
-        """Make all steps of the runs that are taken, each of which has a struct observer.
+    def run(self, taken: Taken, first: int, last: int, seen: Array) -> None:
+        """Write rows of what is seen from communication point `first` on, shape (points, columns, lanes), and step on.
 
-        Returns how each ends, see `BlockLoop.run`.
+        `last` is the last point of all. The status of a run that an FMU would refuse is then REFUSED.
         """
-        count = len(taken.rows)
-        status = (c_int64 * count)()
-        self.function(taken.address(self.size), count, self.loop.moved,
-                      (c_void_p * count)(*(addressof(own) for own, _ in taken.rows)), steps, byref(ended),
-                      (c_void_p * count)(*(addressof(each) for each in observers)), status)
-        return [*status]
+        assert seen.flags.c_contiguous and seen.shape[-1] == self.width
+        lanes = [addressof(taken.rows[min(lane, len(taken.rows) - 1)][0]) for lane in range(self.width)]
+        self.function(taken.address, self.moved, (c_void_p * self.width)(*lanes), first, first + len(seen), last,
+                      seen.ctypes.data, taken.status)
 
 
-def lane_loop(loop: BlockLoop, wiring: Wiring, observer: str, seen: Mapping[str, str], varied: Varied,
-              build: bool = False) -> LaneLoop | None:
-    """The loop in lanes for a wiring that has a loop, compiled now if it was not before and `build` asks for it.
+def lane_loop(wiring: Wiring, seen: Sequence[str], varied: Varied | None = None, build: bool = False,
+              written: Mapping[str, Variables] | None = None) -> LaneLoop | None:
+    """The loop for a wiring, compiled now if it was not before and `build` asks for it; one lane if nothing varies.
 
-    None if no such loop is there, or possible: signals that are Booleans, or an FMU whose block is not known here. For
-    the others, and errors, see `block_loop`.
+    `seen` are the recorded variables whose values it writes, 0 for one without a name. None if no loop is there, or
+    possible. A loop needs native FMUs that this installation builds, or `written` ones by name that this process has
+    built, with steps of one length and without clocks; signals that vary must be numbers. ExportError from the
+    compiler; OSError if the result cannot be kept.
     """
-    fmus = fmus_of(wiring.phases[0])
-    if any(track.signals is not None and track.item != 8 for track in wiring.tracks):
+    fmus = {id(call.what[0]): call.what[0] for call in wiring.phases[0]}
+    native = native_parts(fmus.values(), written) if len(wiring.phases) == 1 and in_c(wiring.phases) else None
+    apart = varied is not None and varied.signals
+    if native is None or (apart and any(track.signals is not None and track.item != 8 for track in wiring.tracks)):
         return None
-    vectors, (host,) = widest(), host_platform().values()
+    files, parts = native
+    vectors, (host,) = ONE_LANE if varied is None else widest(), host_platform().values()
     host = host._replace(flags=(*host.flags, *PARTS_INLINED, f"-mcpu={vectors.processor}"))
-    place = key_of(BLOCK_LOOPS, sorted(loop.sources.items()), FLAGS, host, code(), sorted(varied.names), varied.signals,
-                   vectors.width, [digest_at(fmu.path) for fmu in fmus])
+    text = LaneCode(wiring, parts, varied or NOTHING, vectors.width)
+    if not {*seen} - {""} <= {*text.places}:
+        return None
+    place = key_of(BLOCK_LOOPS, sorted(files.items()), [digest_at(fmu.path) for fmu in fmus.values()], text.form,
+                   [*seen], SOURCE.read_text(encoding="utf-8"), FLAGS, host, code())
     name = f"maglev_lanes_{vectors.processor}{host.ending}"
     path = kept(place, name)
     if path is None and build:
-        parts = {}
-        for number, fmu in enumerate(fmus):
-            own = known_definition(fmu)
-            if own is None:
-                return None
-            parts[id(fmu)] = LanePart(number, fmu, own)
-        text = LaneCode(wiring, parts, varied, vectors.width).text(observer, seen)
-        path = keep_here(place, name, library({**loop.sources, LOOP_FILE: text}, Path(name).stem, host))
-    return None if path is None else LaneLoop(path, loop, vectors.width, varied.signals)
+        known = {key: own for key, fmu in fmus.items() if (own := known_definition(fmu)) is not None}
+        if len(known) < len(fmus):
+            return None
+        text.translate(known)
+        path = keep_here(place, name, library({**files, LOOP_FILE: text.text(seen)}, Path(name).stem, host))
+    return None if path is None else LaneLoop(path, wiring, parts, vectors.width, apart)
 
 
 def known_definition(fmu: Fmu) -> FmuDefinition | None:

@@ -34,6 +34,8 @@ static inline lanes_float lanes_of_float(double x)
     return result;
 }
 
+static inline void lanes_put(double *to, lanes_float x) { __builtin_memcpy(to, &x, sizeof x); }
+
 static inline lanes_int lanes_of_int(int64_t k)
 {
     lanes_int result;

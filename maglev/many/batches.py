@@ -104,28 +104,20 @@ def run_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
 def has_loop(job: Job, batches: list[Batch], values: Array) -> bool:
     """Return True if there is a loop with the FMUs' blocks; it is compiled now if the number of samples is worth it.
 
-    If there are many steps, another loop is compiled for samples side by side.
+    If there are many steps, that is one for samples side by side.
     """
     samples = [sample for batch in batches for sample in batch.samples]
     if job.limit is not None or not samples:
         return False
     steps = job.experiment.plan.stop_time / job.experiment.step * max(job.ahead, len(samples))
     with job.repeated_run() as repeated:
-        with said_if_slower("by calls of the FMUs"):
-            repeated.load(build=steps >= WORTH_COMPILING)
-        with said_if_slower("one after the other"):
+        try:
+            repeated.load(build=WORTH_COMPILING <= steps < WORTH_WIDENING)
             repeated.widen(job.changes(values[samples[0]].tolist()), build=steps >= WORTH_WIDENING)
+        except (ExportError, OSError) as error:   # samples then take longer, which is said where there is a compiler
+            if has_compiler():
+                warn(f"{error}; samples run by calls of the FMUs: the same results, slower")
         return repeated.loop is not None
-
-
-@contextmanager
-def said_if_slower(instead: str) -> Iterator[None]:
-    """Go on where there can be no loop; where there is a compiler it is said why, for samples then take longer."""
-    try:
-        yield
-    except (ExportError, OSError) as error:
-        if has_compiler():
-            warn(f"{error}; samples run {instead}: the same results, slower")
 
 
 def run_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, store: Store) -> None:

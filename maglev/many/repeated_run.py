@@ -7,12 +7,11 @@ from typing import Self
 
 import numpy as np
 
-from maglev.cosim.block_loop import DONE, ENDED, BlockLoop, block_loop
-from maglev.cosim.lane_loop import LaneLoop, Taken, Varied, lane_loop
+from maglev.cosim.lane_loop import DONE, LaneLoop, Taken, Varied, lane_loop
 from maglev.cosim.master import Columns, Master
 from maglev.files.arrays import Array
 from maglev.files.errors import MaglevError
-from maglev.many.measuring import Found, Measuring, Meter
+from maglev.runs.measuring import CHUNK, Found, Measuring, Meter
 from maglev.runs.metrics import phase_resistances
 from maglev.runs.preparation import Experiment, is_foreign
 from maglev.scenario.settings import REFERENCE, start_values, with_references
@@ -42,9 +41,9 @@ class RepeatedRun:
         self.ended = c_int64() if ended is None else ended   # one of 0 counts as false
         self.written = written
         self.varied: Changes | None = None   # what runs side by side differ in
-        self.loop: BlockLoop | None = None
-        self.lanes: LaneLoop | None = None
-        self.meters: dict[int, Meter] = {}   # of the references as they are now, by lane
+        self.loop: LaneLoop | None = None
+        self.meter: Meter | None = None      # of the references as they are now
+        self.meters: dict[str, Meter] = {}   # by the samples of steps
         self.resettable = not any(is_foreign(path) for name, path in experiment.files.items()
                                   if name not in (written or {}))
         self.descriptions = experiment.check()
@@ -78,23 +77,10 @@ class RepeatedRun:
             self.master.wire(self.experiment.plan.stop_time, self.drives)
             assert self.master.wiring is not None
             self.driven = self.drives
-            self.columns = self.loop = self.lanes = None
-            self.meters = {}
-            signals = {name for track in self.master.wiring.tracks if track.signals is not None for name in track.names}
-            axes = experiment.plan.axes.values()
-            if self.measuring is not None and all(axis.reference in signals for axis in axes):
-                self.loop = block_loop(self.master.wiring, *self.observer, build, self.written)
+            self.columns = self.meter = None
             self.asked = {}
-            if self.varied is not None:
-                self.widen(self.varied)
+            self.find_loop(build)
         return self.master
-
-    @property
-    def observer(self) -> tuple[str, dict[str, str]]:
-        """Return the C that measures, and its variables."""
-        assert self.measuring is not None and self.master is not None and self.master.wiring is not None
-        recorded = {name for track in self.master.wiring.tracks for name in track.names}
-        return self.measuring.source(), self.measuring.seen(recorded)
 
     def widen(self, changes: Changes, build: bool = False) -> None:
         """Measure runs with different changes side by side, if the loop was compiled for it before.
@@ -102,17 +88,36 @@ class RepeatedRun:
         It is compiled now if `build` is True.
         """
         self.varied = changes
-        if self.loop is not None:
-            assert self.master is not None and self.master.wiring is not None
-            names = {f"{name}.{variable}" for name, own in self.start(changes).items() for variable in own
+        self.load()
+        self.find_loop(build)
+
+    def find_loop(self, build: bool) -> None:
+        """Find the loop for runs side by side, or else one by one; compile it now where `build` asks for it."""
+        assert self.master is not None and self.master.wiring is not None
+        wiring, measuring = self.master.wiring, self.measuring
+        self.loop = None
+        if measuring is None or not {*self.given()} >= {axis.reference for axis in self.experiment.plan.axes.values()}:
+            return
+        recorded = {name for track in wiring.tracks for name in track.names}
+        seen = ["" if name in measuring.optional and name not in recorded else name for name in measuring.names]
+        if self.varied is not None:
+            names = {f"{name}.{variable}" for name, own in self.start(self.varied).items() for variable in own
                      if name in self.experiment.files}
-            varied = Varied(frozenset(names), bool(self.driven_by(changes)))
-            self.lanes = lane_loop(self.loop, self.master.wiring, *self.observer, varied, build)
+            varied = Varied(frozenset(names), bool(self.driven_by(self.varied)))
+            self.loop = lane_loop(wiring, seen, varied, build, self.written)
+        if self.loop is None:
+            self.loop = lane_loop(wiring, seen, None, build, self.written)
+
+    def given(self) -> dict[str, Array]:
+        """Return the signals of the master as they are now, by name, shape (points,)."""
+        assert self.master is not None and self.master.wiring is not None
+        return {name: row for track in self.master.wiring.tracks if track.signals is not None
+                for name, row in zip(track.names, track.signals, strict=True)}
 
     @property
     def width(self) -> int:
         """Return the number of runs side by side."""
-        return 1 if self.lanes is None else self.lanes.width
+        return 1 if self.loop is None else self.loop.width
 
     def run(self, changes: Changes) -> tuple[Array, Mapping[str, Array]]:
         """Run with other values.
@@ -141,8 +146,8 @@ class RepeatedRun:
         the reason. KeyboardInterrupt if `ended` is no longer 0.
         """
         found: list[Found | MaglevError | None] = [None] * len(runs)
-        taken = Taken()
-        meters: dict[int, Meter] = {}   # of the runs in lanes, by number
+        lanes: list[tuple[int, Meter, Mapping[str, float]]] = []   # number, meter and resistances of the runs in lanes
+        taken: Taken | None = None
         for number, changes in enumerate(runs):
             try:
                 if not self.begin(changes):
@@ -151,28 +156,34 @@ class RepeatedRun:
                 found[number] = error
                 continue
             assert self.loop is not None
-            meter = self.metering(len(meters))
-            meter.resist(self.resistances(changes))
-            if self.lanes is None:
-                found[number] = self.found(meter, self.loop.run(self.steps, self.ended, meter.observer))
-            elif self.lanes.take(taken) == DONE:
-                meters[number] = meter
-        if meters:
-            assert self.lanes is not None
-            endings = self.lanes.run(taken, self.steps, self.ended, [meter.observer for meter in meters.values()])
-            for (number, meter), ending in zip(meters.items(), endings, strict=True):
-                found[number] = self.found(meter, ending)
+            taken = taken or self.loop.begin()
+            if self.loop.take(taken) == DONE:
+                lanes.append((number, self.metering(), self.resistances(changes)))
+        if taken is not None and lanes:
+            of_meters = {meter: [lane for lane, own in enumerate(lanes) if own[1] is meter] for _, meter, _ in lanes}
+            for meter, own in of_meters.items():
+                meter.begin([lanes[lane][2] for lane in own])
+            self.fly(taken, of_meters)
+            for lane, (number, meter, _) in enumerate(lanes):
+                if taken.status[lane] == DONE:
+                    found[number] = meter.found(of_meters[meter].index(lane))
         return found
 
-    def found(self, meter: Meter, ending: int) -> Found | None:
-        if ending == ENDED:
-            raise KeyboardInterrupt
-        return meter.found() if ending == DONE else None
-
-    @property
-    def steps(self) -> int:
-        assert self.measuring is not None
-        return len(self.measuring.time) - 1
+    def fly(self, taken: Taken, of_meters: Mapping[Meter, Sequence[int]]) -> None:
+        """Make all steps of the runs that are taken; each meter measures the runs in its lanes."""
+        assert self.loop is not None and self.measuring is not None
+        points = len(self.measuring.time)
+        rows = np.zeros((1 + min(CHUNK, points), len(self.measuring.names), self.loop.width))
+        for first in range(0, points, CHUNK):
+            if self.ended.value:
+                raise KeyboardInterrupt
+            rows[0] = rows[-1]
+            rows = rows[:1 + points - first]
+            self.loop.run(taken, first, points - 1, rows[1:])
+            if DONE not in [*taken.status]:
+                return
+            for meter, own in of_meters.items():
+                meter.take(first, rows if len(own) == self.loop.width else np.ascontiguousarray(rows[..., own]))
 
     def begin(self, changes: Changes) -> bool:
         """Prepare a run with other values for the loop; return False if there is none. Errors as in `run`."""
@@ -187,15 +198,15 @@ class RepeatedRun:
             raise
         return self.loop is not None
 
-    def metering(self, lane: int = 0) -> Meter:
-        """Return the meter of runs with the present references, in a lane; there must be a loop for them."""
-        if lane not in self.meters:
-            assert self.master is not None and self.master.wiring is not None and self.measuring is not None
-            given = {name: row for track in self.master.wiring.tracks if track.signals is not None
-                     for name, row in zip(track.names, track.signals, strict=True)}
-            self.meters[lane] = Meter(self.measuring, {name: given[axis.reference]
-                                                       for name, axis in self.experiment.plan.axes.items()})
-        return self.meters[lane]
+    def metering(self) -> Meter:
+        """Return the meter of runs with the present references; there must be a loop for them."""
+        if self.meter is None:
+            assert self.measuring is not None
+            given = self.given()
+            new = Meter(self.measuring, {name: given[axis.reference]
+                                         for name, axis in self.experiment.plan.axes.items()})
+            self.meter = self.meters.setdefault(repr(new.own_steps), new)
+        return self.meter
 
     def start(self, changes: Changes) -> dict[str, dict[str, float | bool]]:
         by_fmu: dict[str, dict[str, float | bool]] = {}
@@ -221,7 +232,7 @@ class RepeatedRun:
             master.drive(others)
             self.driven = drives
             if any(axis.reference in others for axis in self.experiment.plan.axes.values()):
-                self.meters = {}
+                self.meter = None
             self.asked = asked
 
     def with_changes(self, changes: Changes) -> Experiment:

@@ -1,6 +1,6 @@
 """Samples of a study run one after the other, on one instance of each FMU: in this process, or in one next to it."""
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from ctypes import c_int64
 from dataclasses import dataclass, field
@@ -17,12 +17,12 @@ from maglev.files.arrays import Array
 from maglev.files.errors import MaglevError, in_one_line
 from maglev.files.installed import code
 from maglev.files.worker_process import Forged, Gone, Said, Send, Silent
-from maglev.many.measuring import Found, Measuring, Meter
 from maglev.many.repeated_run import Changes, RepeatedRun
 from maglev.many.study_columns import Column, named_values
 from maglev.many.study_targets import Target
 from maglev.runs.endings import ABORTED, ending, endings
-from maglev.runs.metrics import ManyMetrics, Metrics, columns_needed, run_metrics
+from maglev.runs.measuring import Found, Measuring, Meter, State, run_metrics
+from maglev.runs.metrics import ManyMetrics, Metrics
 from maglev.runs.preparation import Experiment
 from maglev.user.blocks import Variables
 
@@ -63,10 +63,10 @@ class Job:
         return {target.name: bool(value) if target.boolean else value
                 for target, value in zip(self.targets, sample, strict=True)}
 
-    def repeated_run(self, wanted: Collection[str] | None = None, ended: c_int64 | None = None) -> RepeatedRun:
+    def repeated_run(self, ended: c_int64 | None = None) -> RepeatedRun:
         """Return the object that runs samples in this process, see `RepeatedRun`."""
         measuring = Measuring(self.experiment.plan, self.experiment.times, self.kept, self.every)
-        return RepeatedRun(self.experiment, wanted, measuring, ended, self.written)
+        return RepeatedRun(self.experiment, measuring.names, measuring, ended, self.written)
 
 
 @dataclass(frozen=True)
@@ -121,8 +121,7 @@ def run_samples(job: Job, values: Array, loaded: Callable[[], None] | None = Non
     `loaded` is called when the FMUs are loaded. KeyboardInterrupt as soon as `ended` is not 0, where there is a loop
     with the FMUs' blocks.
     """
-    plan = job.experiment.plan
-    with job.repeated_run(columns_needed(plan) | set(job.kept), ended) as repeated:
+    with job.repeated_run(ended) as repeated:
         repeated.load()   # what fails here is no sample's fault
         if loaded is not None:
             loaded()
@@ -154,16 +153,15 @@ def run_together(job: Job, repeated: RepeatedRun, samples: Sequence[Changes]) ->
 
 def sampled_in_order(job: Job, ran: Sequence[Sample | Found]) -> list[Sample]:
     """Return run samples in their order; the results of one meter become metrics together."""
-    together: dict[Meter, list[Found]] = {}
+    plan, together = job.experiment.plan, dict[Meter, list[State]]()
     for one in ran:
         if isinstance(one, Found):
-            together.setdefault(one.meter, []).append(one)
-    many = {meter: meter.metrics(*map(np.concatenate, [*zip(*found, strict=True)][1:4]))
-            for meter, found in together.items()}
-    plan = job.experiment.plan
+            together.setdefault(one.meter, []).append(one.state)
+    many = {meter: meter.metrics(found) for meter, found in together.items()}
     rows = {meter: zip(metric_rows(job, metrics), endings(plan, metrics), strict=True)
             for meter, metrics in many.items()}
-    return [Sample(*next(rows[one.meter]), None, one.kept) if isinstance(one, Found) else one for one in ran]
+    return [Sample(*next(rows[one.meter]), None, one.kept if job.kept else None) if isinstance(one, Found) else one
+            for one in ran]
 
 
 def metric_rows(job: Job, metrics: Metrics | ManyMetrics) -> Array:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from maglev.cosim.block_loop import Part, filled_in, indented, loop_of, native_parts, out_of_range
+from maglev.cosim.native_blocks import Part, compile_blocks, filled_in, indented, native_parts, out_of_range
 from maglev.files.arrays import Array
 from maglev.files.errors import FmuError, ScenarioError, shortened
 from maglev.files.processes import processors
@@ -115,10 +115,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         compiled = self.one.compiled
         changing = [*self.one.changing()]
         self.number_of = {place: number for number, place in enumerate(changing)}
-        sources = stage_sources(compiled, changing)
-        library = loop_of(sources, build=True)
-        assert library is not None
-        self.c = CDLL(str(library.path.absolute()))
+        self.c = CDLL(str(compile_blocks(stage_sources(compiled, changing)).path.absolute()))
         self.c.maglev_stage_size.restype = c_int64
         self.c.maglev_take.argtypes = [POINTER(c_void_p), c_void_p]
         self.c.maglev_advance.argtypes = [c_void_p, c_int64, c_int64]

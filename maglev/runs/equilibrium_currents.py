@@ -8,7 +8,7 @@ from maglev.files.arrays import Array
 from maglev.identification.regressors import EstimatedStage, equilibrium_currents
 from maglev.identification.settings import EPSILON
 from maglev.runs.execution import RunResult
-from maglev.runs.metrics import step_samples
+from maglev.runs.measuring import step_samples
 from maglev.runs.procedure_data import Runs, column, constants_of, entry, estimate, position_of, stage_of
 from maglev.runs.procedure_outcome import Chart, Curve, Outcome, Panel, ProcedureValue
 from maglev.scenario.procedure import ProcedureSettings

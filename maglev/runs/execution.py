@@ -20,7 +20,8 @@ from maglev.runs import run_claims
 from maglev.runs.chain import Ended, Ends, chained, ends_of, started
 from maglev.runs.endings import ABORTED, COMPLETED, ending
 from maglev.runs.measures import measures_data, measures_of
-from maglev.runs.metrics import Metrics, metrics_data, phase_resistances, run_metrics
+from maglev.runs.measuring import run_metrics
+from maglev.runs.metrics import Metrics, metrics_data, phase_resistances
 from maglev.runs.preparation import Experiment
 from maglev.runs.provenance import Provenance
 from maglev.runs.results import ResultFiles, write_csv, write_parquet

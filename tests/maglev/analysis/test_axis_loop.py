@@ -105,7 +105,7 @@ def test_overshoot_and_settling_of_a_response() -> None:
     time = np.arange(5, dtype=float) * 0.1
     answer = Response(-0.01, time, -np.array([0.0, 0.012, 0.0095, 0.01005, 0.01]), np.zeros(5))
     assert answer.overshoot == pytest.approx(0.2)
-    assert answer.settling == pytest.approx(0.3)
+    assert answer.settling == pytest.approx(0.2)
     assert Response(0.01, time, 0.005 * np.ones(5), np.zeros(5)).settling == inf
     assert Response(0.01, time, 0.01 * np.ones(5), np.zeros(5)).settling == 0.0
 

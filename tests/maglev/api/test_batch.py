@@ -12,13 +12,13 @@ import pytest
 
 import maglev
 from maglev.api.studying import plain
-from maglev.cosim import block_loop, lane_loop
-from maglev.cosim.block_loop import DONE
-from maglev.cosim.lane_loop import LaneLoop
+from maglev.cosim import lane_loop
+from maglev.cosim.lane_loop import Taken
 from maglev.language.errors import ExportError
 from maglev.many import batches
-from maglev.many.measuring import Meter
+from maglev.many.repeated_run import RepeatedRun
 from maglev.many.samples import Batch
+from maglev.runs.measuring import Meter
 
 RUN = "2dof-step-1-nonlinear"
 MASSES = np.array([4.0, 4.35, 9.0])
@@ -30,7 +30,7 @@ def only(way: str, patch: pytest.MonkeyPatch) -> None:
     patch.setattr(batches, "WORTH_COMPILING", 1 if way == "threads" else np.inf)
     patch.setattr(batches, "side_by_side" if way == "threads" else "run_in_threads", None)
     # Whether a loop was kept of another test does not count.
-    patch.setattr("maglev.cosim.block_loop.kept", lambda *_: None)
+    patch.setattr("maglev.cosim.lane_loop.kept", lambda *_: None)
 
 
 @pytest.fixture(scope="module", params=WAYS)
@@ -64,17 +64,17 @@ def test_samples_side_by_side_are_runs(native_fmus: Path, monkeypatch: pytest.Mo
     for worth in ("WORTH_COMPILING", "WORTH_WIDENING", "FEWEST_BATCHES"):
         monkeypatch.setattr(batches, worth, 1)
     monkeypatch.setattr(batches, "side_by_side", None)
-    together: list[list[int]] = []
-    run_in_lanes = LaneLoop.run
+    together: list[int] = []
+    fly = RepeatedRun.fly
 
-    def watched(*given: Any) -> list[int]:
-        together.append(run_in_lanes(*given))
-        return together[-1]
+    def watched(repeated: RepeatedRun, taken: Taken, of_meters: Any) -> None:
+        fly(repeated, taken, of_meters)
+        together.append(len(taken.rows))
 
-    monkeypatch.setattr(LaneLoop, "run", watched)
+    monkeypatch.setattr(RepeatedRun, "fly", watched)
     found = maglev.batch(RUN, {"plant.v.mass": MASSES, "plant.h.position_start": [0.0, 9.0, 0.001]}, fmus=native_fmus,
                          jobs=1)
-    assert together == [[DONE, DONE]]
+    assert together == [2]
     assert found.failures[1] is not None
     for sample in (0, 2):
         run = found.run(sample)
@@ -82,18 +82,15 @@ def test_samples_side_by_side_are_runs(native_fmus: Path, monkeypatch: pytest.Mo
     assert found["rms error of h"][0] != found["rms error of h"][2]
 
 
-@pytest.mark.parametrize(("loop", "instead"), [(block_loop, "by calls of the FMUs"),
-                                               (lane_loop, "one after the other")])
-def test_a_loop_that_cannot_be_compiled_is_said(loop: Any, instead: str, native_fmus: Path,
-                                                monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("worth", ["WORTH_COMPILING", "WORTH_WIDENING"])
+def test_a_loop_that_cannot_be_compiled_is_said(worth: str, native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*_: Any) -> bytes:
         raise ExportError("the C compiler refuses the sources")
 
-    for worth in ("WORTH_COMPILING", "WORTH_WIDENING"):
-        monkeypatch.setattr(batches, worth, 1)
-    monkeypatch.setattr(loop, "kept", lambda *_: None)
-    monkeypatch.setattr(loop, "library", refused)
-    with pytest.warns(UserWarning, match=f"refuses the sources; samples run {instead}: the same results"):
+    monkeypatch.setattr(batches, worth, 1)
+    monkeypatch.setattr(lane_loop, "kept", lambda *_: None)
+    monkeypatch.setattr(lane_loop, "library", refused)
+    with pytest.warns(UserWarning, match=r"refuses the sources; samples run by calls of the FMUs: the same results"):
         found = maglev.batch(RUN, {"plant.v.mass": MASSES[:1]}, fmus=native_fmus, jobs=1)
     run = found.run(0)
     assert run.metrics is not None and found["rms error of v"][0] == run.metrics.rms_errors["v"]
@@ -142,11 +139,11 @@ def test_samples_of_a_batch_under_way_are_there_after_an_interrupt(native_fmus: 
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
     measured, found = [], Meter.found
 
-    def interrupt(meter: Meter) -> Any:
+    def interrupt(meter: Meter, run: int) -> Any:
         measured.append(1)
         if len(measured) == 3:
             os.kill(os.getpid(), signal.SIGINT)
-        return found(meter)
+        return found(meter, run)
 
     monkeypatch.setattr(Meter, "found", interrupt)
     with pytest.raises(maglev.BatchInterrupted) as error:

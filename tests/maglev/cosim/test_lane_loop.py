@@ -1,19 +1,20 @@
 """Runs side by side have the bits of runs one by one, and what happens in one lane leaves the others alone."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from maglev.cosim import lane_loop
-from maglev.cosim.block_loop import DONE, REFUSED
-from maglev.cosim.lane_loop import LEVEL_3, NARROW, WIDER, Vectors, widest
+from maglev.cosim.lane_loop import DONE, LEVEL_3, NARROW, REFUSED, WIDER, Taken, Vectors, widest
+from maglev.cosim.master import Observer
 from maglev.files.errors import MaglevError
-from maglev.many.measuring import Found, Measuring
 from maglev.many.repeated_run import Changes, RepeatedRun
+from maglev.runs.measuring import Found, Measuring
 from maglev.runs.preparation import Experiment, prepare
 from maglev.scenario.loading import load_plan
 
@@ -44,10 +45,10 @@ def measured(experiment: Experiment, runs: Sequence[Changes], together: bool) ->
     measuring = Measuring(experiment.plan, experiment.times, kept, 10)
     found: list[Found | Exception | None] = []
     with RepeatedRun(experiment, measuring=measuring) as repeated:
-        repeated.load(build=True)
+        repeated.load(build=not together)
         if together:
             repeated.widen(runs[0], build=True)
-        assert (repeated.lanes is not None) == together
+        assert repeated.loop is not None
         for first in range(0, len(runs), repeated.width):
             found += repeated.measure(runs[first:first + repeated.width])
     return found
@@ -57,9 +58,9 @@ def require_same(one: Found | Exception | None, other: Found | Exception | None)
     if not isinstance(one, Found) or not isinstance(other, Found):
         assert str(one) == str(other)
         return
-    assert one.kept is not None and other.kept is not None
-    for part in ("whole", "windows", "events", "kept"):
-        assert getattr(one, part).tobytes() == getattr(other, part).tobytes(), part
+    assert one.kept.tobytes() == other.kept.tobytes() and [*one.state] == [*other.state]
+    for name, values in one.state.items():
+        assert values.tobytes() == other.state[name].tobytes(), name
 
 
 @pytest.mark.parametrize("run", [pytest.param(run, marks=pytest.mark.thorough) if "5dof" in run else run
@@ -69,7 +70,7 @@ def test_lanes_have_the_bits_of_single_runs(run: str, native_fmus: Path) -> None
     experiment = experiment_of(run, native_fmus)
     alone, together = (measured(experiment, RUNS[run], how) for how in (False, True))
     assert all(isinstance(each, Found) for each in alone)
-    assert len({each.whole.tobytes() for each in alone if isinstance(each, Found)}) == len(alone)
+    assert len({each.state["squares"].tobytes() for each in alone if isinstance(each, Found)}) == len(alone)
     for one, other in zip(alone, together, strict=True):
         require_same(one, other)
 
@@ -117,13 +118,12 @@ def test_a_library_for_other_vectors_is_never_loaded(native_fmus: Path, monkeypa
     monkeypatch.setattr(lane_loop, "library", lambda _sources, _name, host: host.flags)
     monkeypatch.setattr(lane_loop, "LaneLoop", lambda made, *_: made)
     with RepeatedRun(experiment, measuring=Measuring(experiment.plan, experiment.times)) as repeated:
-        repeated.load(build=True)
         for vectors in (*WIDER, NARROW):
             monkeypatch.setattr(lane_loop, "widest", lambda vectors=vectors: vectors)
             repeated.widen(changes)
-            assert repeated.lanes is None
+            assert repeated.loop is None
             repeated.widen(changes, build=True)
-            flags: Any = repeated.lanes
+            flags: Any = repeated.loop
             assert f"-mcpu={vectors.processor}" in flags
 
 
@@ -135,13 +135,13 @@ def test_a_lane_that_is_refused_leaves_the_others_alone(native_fmus: Path, monke
                                            (4.35, 1.0e6, 1.0), (5.0, 1.0e6, 0.021))]
     alone = measured(experiment, runs, False)
     statuses: list[list[int]] = []
-    run_in_lanes = lane_loop.LaneLoop.run
+    fly = RepeatedRun.fly
 
-    def watched(*given: Any) -> list[int]:
-        statuses.append(run_in_lanes(*given))
-        return statuses[-1]
+    def watched(repeated: RepeatedRun, taken: Taken, of_meters: Any) -> None:
+        fly(repeated, taken, of_meters)
+        statuses.append(taken.status[:len(taken.rows)])
 
-    monkeypatch.setattr(lane_loop.LaneLoop, "run", watched)
+    monkeypatch.setattr(RepeatedRun, "fly", watched)
     together = measured(experiment, runs, True)
     assert [status for each in statuses for status in each] == [DONE, REFUSED, DONE, DONE]
     assert together[1] is None and isinstance(together[3], MaglevError)
@@ -155,8 +155,40 @@ def test_nothing_else_of_a_beginning_may_differ(native_fmus: Path) -> None:
     measuring = Measuring(experiment.plan, experiment.times)
     runs: list[Changes] = [{"plant.v.mass": 4.35}, {"plant.v.mass": 5.0, "controller.current_limit": 3.0}]
     with RepeatedRun(experiment, measuring=measuring) as repeated:
-        repeated.load(build=True)
         repeated.widen(runs[0], build=True)
         found = repeated.measure(runs[:repeated.width])
         assert isinstance(found[0], Found)
         assert found[1] is None
+
+
+ARENA = 10_000_000
+
+
+def upwards_or_downwards(step: int) -> Callable[..., Any]:
+    """Allocate rows one after the other, or each before the last."""
+    arena, place = np.zeros(ARENA, np.uint8), [0 if step > 0 else ARENA]
+
+    def allocate(_: object, shape: tuple[int, int], kind: type) -> Any:
+        size = -(-shape[0] * shape[1] * np.dtype(kind).itemsize // 64) * 64
+        first = place[0] if step > 0 else place[0] - size
+        place[0] += step * size
+        return arena[first:first + size].view(kind)[:shape[0] * shape[1]].reshape(shape)
+
+    return allocate
+
+
+def test_its_c_is_the_same_wherever_memory_lies(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The platform is fed by its controller and by signals: which is set first is no matter of addresses."""
+    made_of: list[str] = []
+
+    def key(*what: object) -> str:
+        made_of.append(repr(what))
+        return "none"
+
+    monkeypatch.setattr(lane_loop, "key_of", key)
+    experiment = experiment_of("3dof-push", native_fmus)
+    for step in (1, -1):
+        monkeypatch.setattr(Observer, "allocate", upwards_or_downwards(step))
+        with RepeatedRun(experiment, measuring=Measuring(experiment.plan, experiment.times)) as repeated:
+            repeated.load()
+    assert made_of[0] == made_of[1]

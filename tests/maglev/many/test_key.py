@@ -19,7 +19,8 @@ from maglev.many.sample_key import LEFT_OUT, canonical, study_key
 from maglev.many.samples import Job
 from maglev.many.study_columns import columns_of, named_values
 from maglev.many.study_targets import Target
-from maglev.runs.metrics import phase_resistances, run_metrics
+from maglev.runs.measuring import run_metrics
+from maglev.runs.metrics import phase_resistances
 from maglev.runs.preparation import Experiment, prepare
 from maglev.scenario.catalogue import build
 from maglev.scenario.layers import merged, run_layers

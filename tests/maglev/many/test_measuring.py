@@ -13,11 +13,11 @@ from written_controllers import trial as trial_file
 
 import maglev
 from maglev.cosim import Order
-from maglev.many.measuring import Found, Measuring
 from maglev.many.repeated_run import Changes, RepeatedRun
 from maglev.many.study_columns import named_values
 from maglev.runs.endings import ending, endings
-from maglev.runs.metrics import phase_resistances, run_metrics
+from maglev.runs.measuring import Found, Measuring, run_metrics
+from maglev.runs.metrics import phase_resistances
 from maglev.runs.preparation import Experiment, prepare
 from maglev.runs.replacement import Replacement
 from maglev.scenario.layers import packaged_runs
@@ -47,10 +47,10 @@ def require_same(trial: RepeatedRun, changes: Changes) -> None:
     """The same metrics, and the same of what is kept, of both ways."""
     measured, = trial.measure([changes])
     assert isinstance(measured, Found)
-    meter, *forms, rows = measured
+    meter, state, rows = measured
     plan = trial.experiment.plan
     time, columns = trial.run(changes)
-    whole, many = run_metrics(plan, time, columns, phase_resistances(plan)(changes)), meter.metrics(*forms)
+    whole, many = run_metrics(plan, time, columns, phase_resistances(plan)(changes)), meter.metrics([state])
     assert endings(plan, many) == [ending(plan, whole)]
     expected, found = named_values(plan, whole), named_values(plan, many)
     assert list(found) == list(expected)
@@ -59,7 +59,6 @@ def require_same(trial: RepeatedRun, changes: Changes) -> None:
         assert [repr(float(each)) for each in found[name][0]] == [repr(float(value))] and found[name][1] == unit, name
     assert trial.measuring is not None
     for i, name in enumerate(trial.measuring.kept):
-        assert rows is not None
         assert rows[:, i].tobytes() == columns[name][::trial.measuring.every].astype(np.float64).tobytes()
 
 
@@ -129,8 +128,9 @@ def test_nothing_of_a_run_that_trips_stays_for_the_next(native_fmus: Path) -> No
         tripped, after, first = (*(trial.measure([changes])[0] for changes in ({"controller.current_limit": 0.5}, {})),
                                  fresh.measure([{}])[0])
         assert isinstance(tripped, Found) and isinstance(after, Found) and isinstance(first, Found)
-        assert tripped.whole["flag"].max() > 0.0 > first.whole["flag"].max()
-        assert after.whole.tobytes() == first.whole.tobytes()
+        assert tripped.state["flag"].max() > 0.0 > first.state["flag"].max()
+        assert [after.state[name].tobytes() for name in first.state] == [
+            values.tobytes() for values in first.state.values()]
 
 
 def test_it_ends_when_it_is_told_to(native_fmus: Path) -> None:

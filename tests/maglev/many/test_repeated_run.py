@@ -10,8 +10,8 @@ from tiny_study import experiment, scenario
 import maglev
 from maglev.cosim.master import RunFailed
 from maglev.files.arrays import Array
-from maglev.many.measuring import Found, Measuring
 from maglev.many.repeated_run import Changes, RepeatedRun
+from maglev.runs.measuring import Found, Measuring
 from maglev.scenario.signals import Steps
 
 CHANGES: list[Changes] = [
@@ -54,7 +54,7 @@ def test_signals_that_stay_are_made_once(fastest_fmus: Path, tmp_path: Path, mon
     assert made == {"controller.h.reference": 3, "controller.v.reference": 1}
 
 
-def test_what_measures_stays_while_the_references_of_axes_do(native_fmus: Path, tmp_path: Path) -> None:
+def test_what_measures_stays_while_steps_are_at_the_same_samples(native_fmus: Path, tmp_path: Path) -> None:
     """And what was found on a run stays what it was when the next one has other references in their place."""
     own = experiment(tmp_path, native_fmus, WEAKER)
     with RepeatedRun(own, measuring=Measuring(own.plan, own.times)) as trial:
@@ -62,10 +62,11 @@ def test_what_measures_stays_while_the_references_of_axes_do(native_fmus: Path, 
         first, weaker, larger = (trial.measure([changes])[0] for changes in (
             {}, {"reference.plant.C1.end": 12.0}, {"reference.h.amplitude": 2.0}))
         assert isinstance(first, Found) and isinstance(weaker, Found) and isinstance(larger, Found)
-        assert first.meter is weaker.meter is not larger.meter
-        (before, target), (same, twice) = (found.meter.own_steps["h"][100] for found in (first, larger))
-        assert 2.0 * target == twice != before == same == 0.0
-        assert first.whole != weaker.whole
+        assert first.meter is weaker.meter is larger.meter
+        h = [*own.plan.axes].index("h")
+        target, twice = (found.state["target"][0, h] for found in (first, larger))
+        assert 2.0 * target == twice != 0.0
+        assert first.state["squares"][h] != weaker.state["squares"][h]
 
 
 def test_a_refusal_leaves_the_next_run_alone(fastest_fmus: Path, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from tiny_study import experiment, simulate_samples
 from tiny_study import scenario as tiny_scenario
 
 import maglev
-from maglev.cosim.lane_loop import LaneLoop
+from maglev.cosim.lane_loop import LaneLoop, Taken
 from maglev.files.errors import Interrupted, ScenarioError
 from maglev.many import batches
 from maglev.many.tuning_file import FOLDER, load_tuning, read_tuning
@@ -97,10 +97,9 @@ def test_candidates_run_side_by_side(native_fmus: Path, searched: Searched, tmp_
     lanes: list[int] = []
     run_in_lanes = LaneLoop.run
 
-    def watched(*given: Any) -> list[int]:
-        found = run_in_lanes(*given)
-        lanes.append(len(found))
-        return found
+    def watched(loop: LaneLoop, taken: Taken, *given: Any) -> None:
+        run_in_lanes(loop, taken, *given)
+        lanes.append(len(taken.rows))
 
     monkeypatch.setattr(LaneLoop, "run", watched)
     for worth in ("WORTH_COMPILING", "WORTH_WIDENING"):

@@ -12,7 +12,7 @@ from report_runs import packaged, recorded
 from maglev.pages.comparison_table import Row, comparison_verdict, measure_rows, summary
 from maglev.pages.figures import run_colours
 from maglev.runs.measures import Measure, measures_data, measures_of
-from maglev.runs.metrics import run_metrics
+from maglev.runs.measuring import run_metrics
 from maglev.scenario.run_plan import RunPlan
 
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from maglev.runs.metrics import Metrics, run_metrics
+from maglev.runs.measuring import run_metrics
+from maglev.runs.metrics import Metrics
 from maglev.scenario.run_plan import Axis, Event, MetricSettings, Motor
 
 TIME = [0.5 + 0.125 * k for k in range(40)]                       # exact in binary, and not from 0

@@ -7,17 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maglev.files.errors import MeasurementError
+from maglev.runs import measuring
 from maglev.runs.measures import measures_of
-from maglev.runs.metrics import (
-    Effort,
-    effort,
-    peak_and_mean,
-    phase_resistances,
-    run_metrics,
-    settling_time,
-    step_samples,
-    winding_of,
-)
+from maglev.runs.measuring import CHUNK, added, run_metrics, step_samples
+from maglev.runs.metrics import Effort, MotorCurrents, phase_resistances, winding_of
 from maglev.scenario.loading import load_plan
 from maglev.scenario.run_plan import Axis, MetricSettings, Motor, StartValue
 
@@ -71,11 +64,40 @@ def test_first_order_settles_when_it_says():
     assert step.steady_state_error == pytest.approx(0.0, abs=1e-12)
 
 
-def test_settling_time_of_the_last_sample_outside_is_infinite():
-    time = np.array([0.0, 1.0, 2.0])
-    assert settling_time(time, np.array([2.0, -1.0, 1.5]), 1.0) == math.inf
-    assert settling_time(time, np.array([2.0, -1.5, 1.0]), 1.0) == 1.0
-    assert settling_time(time, np.array([1.0, 1.0, 1.0]), 1.0) == 0.0
+@pytest.mark.parametrize(("errors", "settling"), [([2.0, -1.0, 1.5], math.inf), ([2.0, -1.5, 1.0], 1.0),
+                                                  ([1.0, 1.0, 1.0], 0.0)])
+def test_settling_time_of_the_last_sample_outside_is_infinite(errors, settling):
+    columns = {"controller.y.reference": np.array([0.0, 8.0, 8.0, 8.0]),
+               "plant.y.position": np.array([0.0, *(8.0 + error for error in errors)])}
+    (step,) = run_metrics(plan(metrics=MetricSettings(bands=[1.0])), np.arange(4.0), columns).steps
+    assert step.settling_time == {1.0: settling}
+
+
+@given(st.integers(1, 3), st.integers(1, 4), st.integers(1, 40), st.booleans())
+def test_sums_go_in_the_order_of_the_samples(columns, runs, samples, along):
+    """However they lie in memory: of a column as of many, and of one that is continued."""
+    values = np.random.default_rng(samples).normal(size=(samples, columns, runs)) * 1e3 + 1e-3
+    expected = np.full((columns, runs), 0.1)
+    for row in values:
+        expected += row
+    assert added(np.full((columns, runs), 0.1), np.asfortranarray(values) if along else values).tobytes() == \
+        expected.tobytes()
+
+
+def test_chunks_do_not_matter(monkeypatch):
+    """A window, an event and a flag that several have a part of, and one that begins with a chunk."""
+    rng, reference = np.random.default_rng(2), step_at_1_s(0.02, 0.022)
+    noise = {name: rng.normal(size=len(TIME)) for name in ("i_a", "i_d")}
+    pushed = plan(motors={"alpha": SimpleNamespace(currents=["i_a"], commands=["i_d"])}, trip_flag="tripped",
+                  events=[SimpleNamespace(name="push", time=3.7)], event_ends=[8.1],
+                  metrics=MetricSettings(bands=[1e-3], tracking_from=2.5))
+    columns = hold(**noise, tripped=(TIME >= 6.2).astype(float), **{
+        "controller.y.reference": reference, "plant.y.position": reference + 1e-3 * rng.normal(size=len(TIME))})
+    found = set()
+    for chunk in (CHUNK, 1, 377, len(TIME) + 1):
+        monkeypatch.setattr(measuring, "CHUNK", chunk)
+        found.add(repr(run_metrics(pushed, TIME, columns, {"alpha": 2.0})))
+    assert len(found) == 1
 
 
 def test_window_ends_at_the_next_step_of_any_axis():
@@ -154,14 +176,22 @@ def test_currents_are_absolute():
 
 
 def test_of_a_motor_without_currents_or_commands_there_is_nothing():
-    assert peak_and_mean([]) == (0.0, 0.0)
-    one = effort("alpha", TIME, [np.full_like(TIME, -2.0)], [TIME[:1]], np.ones_like(TIME))
+    motors = {name: SimpleNamespace(currents=currents, commands=commands) for name, currents, commands in (
+        ("alpha", ["i"], []), ("beta", [], ["u"]), ("gamma", [], []))}
+    pushed = plan(motors=motors, events=[SimpleNamespace(name="all", time=0.0)], event_ends=[10.0])
+    columns = hold(i=np.full_like(TIME, -2.0), u=np.ones_like(TIME))
+
+    def efforts(samples, **changes):
+        return run_metrics(pushed, TIME[:samples], {name: values[:samples] for name, values in {
+            **columns, **changes}.items()}, dict.fromkeys(motors, 1.0)).events[0].efforts
+
+    one, _, nothing = efforts(len(TIME))
     assert (one.rms_current, one.command_noise) == (2.0, 0.0)
     assert one.ohmic_loss == pytest.approx(4.0 * TIME[-1])
-    assert effort("alpha", TIME, [], [], np.ones_like(TIME)) == Effort("alpha", 0.0, 0.0, 0.0)
-    short = effort("alpha", TIME[:2], [], [np.array([1.0, 3.0])], np.ones(2))
-    assert short.command_noise == pytest.approx(math.sqrt(2.0))
-    assert effort("alpha", TIME[:1], [], [], np.ones(1)).ohmic_loss == 0.0
+    assert nothing == Effort("gamma", 0.0, 0.0, 0.0)
+    assert efforts(2, u=np.array([1.0, 3.0]))[1].command_noise == pytest.approx(math.sqrt(2.0))
+    assert efforts(1)[0].ohmic_loss == 0.0
+    assert run_metrics(pushed, TIME, columns).motors[2] == MotorCurrents("gamma", 0.0, 0.0, 0.0, 0.0)
 
 
 def test_failure():

@@ -1,0 +1,113 @@
+"""C of the blocks of native FMUs of this installation, from which loops without FMI's calls are compiled.
+
+The calls of a step go through FMI: a function for each, a table for each variable, checks. FMUs of this installation
+carry their blocks as C, so that frequent runs can replace the calls with these blocks, compiled together.
+"""
+
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from pathlib import Path
+from string import Template
+from typing import NamedTuple
+
+from fmpy import sharedLibraryExtension
+
+from maglev.cosim.fmu import Fmu
+from maglev.descriptions.own_fmus import definition, files_in, own_build
+from maglev.files.cache import BLOCK_LOOPS, Kept, digest_at, keep_here, kept, key_of
+from maglev.fmi.block_code import BLOCK, c_path, prefixed
+from maglev.fmi.compiler import FLAGS, library
+from maglev.fmi.definition import Variable
+from maglev.fmi.native_build import PREFIX, SOURCES, host_platform
+from maglev.language.c_text import c_literal
+from maglev.user.blocks import Variables
+
+HERE = Path(__file__).parent   # with the C around the blocks
+LIBRARY = f"maglev_blocks{sharedLibraryExtension}"
+# Parts of blocks become part of their callers up to this size; an FMU's step takes no longer without it.
+PARTS_INLINED = ("-mllvm", "-inline-threshold=1000")
+EXPORT_FILE = "export.h"
+
+INSTANCE = {"instance.h", "model.h"}   # headers of an instance
+
+
+class Part(NamedTuple):
+    """An FMU in the loop: its place among the instances, and its variables by their value references."""
+
+    number: int
+    variables: Variables
+
+    @property
+    def block(self) -> str:
+        return f"block{self.number}"
+
+    @property
+    def header(self) -> str:
+        """Name of the header with its C, whose names begin with the block's."""
+        return f"{self.block}.h"
+
+    @property
+    def type(self) -> str:
+        return f"{self.block}_Block"
+
+    @property
+    def step(self) -> str:
+        """Name of the function that steps it."""
+        return f"{self.block}_step_block"
+
+    def value(self, variable: Variable) -> str:
+        return f"{self.block}.{c_path(variable.place)}"
+
+
+def compile_blocks(sources: Mapping[str, str]) -> Kept:
+    """Library of C files by name, compiled now if it was not before.
+
+    ExportError from the compiler; OSError if the result cannot be kept.
+    """
+    platform, = host_platform().values()
+    platform = platform._replace(flags=(*platform.flags, *PARTS_INLINED))
+    place = key_of(BLOCK_LOOPS, sorted(sources.items()), FLAGS, platform)
+    return kept(place, LIBRARY) or keep_here(place, LIBRARY, library(sources, Path(LIBRARY).stem, platform))
+
+
+def native_parts(fmus: Iterable[Fmu], written: Mapping[str, Variables] | None = None
+                 ) -> tuple[dict[str, str], dict[int, Part]] | None:
+    """C files of blocks by name, and FMUs by identity, where each is a native one of this installation, or written."""
+    parts: dict[int, Part] = {}
+    files: dict[str, str] = {PREFIX: "/* Everything is one translation unit: no name is shared. */\n",
+                             EXPORT_FILE: filled_in(HERE / EXPORT_FILE)}
+    for number, fmu in enumerate(fmus):
+        build, variables = own_build(fmu.path), (written or {}).get(fmu.name)
+        if build is not None and build.kind == "native":
+            variables = definition(build.name).native_variables
+        if variables is None or fmu.scales:
+            return None
+        parts[id(fmu)] = part = Part(number, variables)
+        code, instance = block_files(fmu.path, digest_at(fmu.path))
+        files |= {**instance, part.header: prefixed(code, f"{part.block}_")}
+    return files, parts
+
+
+@lru_cache(maxsize=16)
+def block_files(path: Path, _sha256: str) -> tuple[str, dict[str, str]]:
+    """C of the block in an FMU, and the headers, by name, of its instances.
+
+    Read once for each content of the file: every batch asks for them. Nothing may be changed in them.
+    """
+    carried = {name.removeprefix(SOURCES): data.decode("utf-8") for name, data in files_in(path).items()
+               if name.startswith(SOURCES)}
+    return carried[BLOCK], {name: carried[name] for name in INSTANCE}
+
+
+def out_of_range(variable: Variable, value: str) -> str:
+    """C of whether a variable cannot be set to a value, as set_reals of variables.c has it."""
+    return f"!({value} >= {c_literal(float(variable.low))} && {value} <= {c_literal(float(variable.high))})"
+
+
+def filled_in(file: Path, **what: object) -> str:
+    """Text of a file of C, with values instead of its `$names`."""
+    return Template(file.read_text(encoding="utf-8")).substitute(what)
+
+
+def indented(lines: Iterable[str], by: int) -> str:
+    return "\n".join(" " * by + line for line in lines)
