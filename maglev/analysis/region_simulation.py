@@ -30,7 +30,7 @@ class Response:
     def overshoot(self) -> float:
         """Farthest way beyond the reference, as a share of the step."""
         off = self.position - self.step
-        return float(overshoots(off.max(), off.min(), np.float64(self.step)))
+        return float(overshoots(off.max(), off.min(), np.array(self.step)))
 
     @property
     def settling(self) -> float:

@@ -36,7 +36,7 @@ def test_many_runs_are_said_as_each_of_them() -> None:
     never = [inf if time is None else time for run in runs for time in (run.stop_contact, run.tripped)]
     many = ManyMetrics(
         (), (), (), {axis: np.array([run.ended_off.get(axis, 0.0) for run in runs]) for axis in plan.axes}, {}, (),
-        np.array(never[::2]), np.array(never[1::2]), np.zeros(len(runs)), np.array([run.failed for run in runs]),
+        {}, np.array(never[::2]), np.array(never[1::2]), np.array([run.failed for run in runs]),
         np.array([bool(run.ended_off) for run in runs]), np.array([run.stop_axis for run in runs]),
         np.array([run.trip_axis for run in runs]))
     assert endings(plan, many) == [said for _, said, _ in ENDINGS]
