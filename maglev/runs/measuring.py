@@ -274,7 +274,8 @@ class Chunk:
         self.positions, self.references = rows[:, measuring.positions], rows[:, measuring.references]
         self.flags = rows[:, measuring.flags]
         self.errors = self.positions - self.references
-        self.sizes = np.abs(self.errors)
+        needed = meter.events or meter.tracked < len(measuring.time)
+        self.sizes = np.abs(self.errors) if needed else self.errors
 
     def part(self, start: int, end: int) -> slice:
         """Rows of the samples from start to before end that are here."""
@@ -302,9 +303,10 @@ class Chunk:
                  if event[0] < self.last and event[1] > self.first]
         if going:
             self.measure_events(going)
-        chosen = self.rows[1 + -self.first % measuring.every::measuring.every, measuring.rest]
-        first_kept = -(-self.first // measuring.every)
-        meter.kept[first_kept:first_kept + len(chosen)] = chosen
+        if measuring.kept:
+            chosen = self.rows[1 + -self.first % measuring.every::measuring.every, measuring.rest]
+            first_kept = -(-self.first // measuring.every)
+            meter.kept[first_kept:first_kept + len(chosen)] = chosen
 
     def note_flags(self) -> None:
         """Note where each flag was first set."""
@@ -334,13 +336,13 @@ class Chunk:
             state["before"][number], state["target"][number] = self.references[above], self.references[part.start]
             state["error_before"][number], state["flag_before"][number] = self.errors[above], self.flags[above]
         off = self.positions[part] - state["target"][number]
-        state["highest"][number] = np.maximum(state["highest"][number], off.max(0))
-        state["lowest"][number] = np.minimum(state["lowest"][number], off.min(0))
-        size = np.abs(off)
-        state["outside"][number] = self.last_outside(size, part, state["outside"][number])
+        high, low = off.max(0), off.min(0)
+        state["highest"][number] = np.maximum(state["highest"][number], high)
+        state["lowest"][number] = np.minimum(state["lowest"][number], low)
+        self.note_outside(state["outside"][number], off, np.maximum(high, -low), part)
         late = self.part(end - meter.steady[number], end)
         if late.stop > late.start:
-            state["steady"][number] = added(state["steady"][number], size[late.start - part.start:])
+            state["steady"][number] = added(state["steady"][number], np.abs(off[late.start - part.start:]))
         state["flagged"][number] = (state["flagged"][number] != 0.0) | (self.flags[part] != 0.0).any(0)
         state["error_at_end"][number] = self.errors[part.stop - 1]
         state["flag_at_end"][number] = self.flags[part.stop - 1]
@@ -357,8 +359,9 @@ class Chunk:
         for number, start, end in going:
             part, later = self.part(start, end), self.part(start + 1, end)
             earlier = slice(later.start - 1, later.stop - 1)
-            state["deviation"][number] = np.maximum(state["deviation"][number], self.sizes[part].max(0))
-            state["away"][number] = self.last_outside(self.sizes[part], part, state["away"][number])
+            reach = self.sizes[part].max(0)
+            state["deviation"][number] = np.maximum(state["deviation"][number], reach)
+            self.note_outside(state["away"][number], self.sizes[part], reach, part)
             state["current_squares"][number] = added(state["current_squares"][number], squares[part].copy())
             if later.stop > later.start:
                 apart = meter.apart[self.first + later.start - 1:self.first + later.stop - 1]
@@ -366,9 +369,12 @@ class Chunk:
                     state[name][number] = added(state[name][number], (values[later] + values[earlier]) * apart)
                 state["changes"][number] = added(state["changes"][number], (amounts[later] - amounts[earlier]) ** 2)
 
-    def last_outside(self, sizes: Array, part: slice, before: Array) -> Array:
-        """The last samples outside of each band, shape (bands, axes, runs); `before` are those until now."""
-        return last_with(sizes[:, None] > self.meter.measuring.band_rows, self.first + part.start - 1, before)
+    def note_outside(self, last: Array, off: Array, reach: Array, part: slice) -> None:
+        """Note the last samples outside of each band in `last`, shape (bands, axes, runs); `reach` is the largest |off|.
+        """
+        bands = self.meter.measuring.band_rows
+        if (reach > bands).any():
+            last[:] = last_with(np.abs(off)[:, None] > bands, self.first + part.start - 1, last)
 
 
 def run_metrics(plan: RunPlan, time: Array, columns: Mapping[str, Array],
