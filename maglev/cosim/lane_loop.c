@@ -30,6 +30,17 @@ static inline lanes_float lanes_from(const double *const *rows, int64_t place)
     return result;
 }
 
+/* Take the size of a number into the sum and the largest one. */
+static inline void lanes_take_size(double *sum, double *largest, lanes_float x)
+{
+    lanes_float total, most;
+    __builtin_memcpy(&total, sum, sizeof total);
+    __builtin_memcpy(&most, largest, sizeof most);
+    x = lanes_fabs(x);
+    lanes_put(sum, total + x);
+    lanes_put(largest, lanes_select(x > most, x, most));
+}
+
 /* The blocks of all lanes, and the row of each track of outputs. */
 struct in_lanes {
 $members
@@ -68,12 +79,12 @@ $copy
 }
 
 /* Write the rows of what is seen at communication points `first` to before `end`, and make the steps that begin at these,
-   but none at the `last` point of all. `status` says how the run in each lane goes. Of tracks of signals,
+   but none at the `last` point of all. `sizes` has sums and largest ones of amounts. `status` says how the run in each lane goes. Of tracks of signals,
    rows[run][track] has the values of one after the other at all points. */
 EXPORT void maglev_lanes(struct in_lanes *taken, const struct moved *calls, const void *const *const *rows, int64_t first,
-                         int64_t end, int64_t last, double *seen, int64_t *status);
+                         int64_t end, int64_t last, double *seen, double *sizes, int64_t *status);
 void maglev_lanes(struct in_lanes *taken, const struct moved *calls, const void *const *const *rows, int64_t first,
-                  int64_t end, int64_t last, double *seen, int64_t *status)
+                  int64_t end, int64_t last, double *seen, double *sizes, int64_t *status)
 {
     struct in_lanes all = *taken;
     const int64_t points = last + 1;

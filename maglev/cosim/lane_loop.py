@@ -267,8 +267,11 @@ class LaneCode:
                    f"    refused |= lanes_of_bool(!isfinite({part.path(place)}));")
         yield "}"
 
-    def text(self, seen: Sequence[str]) -> str:
-        """The C file, which writes the variables `seen`, 0 for one without a name; the blocks are translated."""
+    def text(self, seen: Sequence[str], amounts: Sequence[str]) -> str:
+        """The C file, which writes the variables `seen`, 0 for one without a name, and takes the sizes of `amounts`.
+
+        The blocks must be translated before.
+        """
         members, load, copy = list[str](), list[str](), list[str]()
         texts = [part.text for part in self.parts.values() if part.text is not None]
         for part, text in zip(self.parts.values(), texts, strict=True):
@@ -299,8 +302,10 @@ class LaneCode:
             not_ready=" || ".join(ready), width=self.width, columns=len(seen),
             members=indented(members, 4), load="\n".join(load), copy=indented(copy, 8),
             lanes="\n".join([helper_text(texts), *(text.structs() + text.functions_text() for text in texts)]),
-            see=indented((f"lanes_put(seen + {number} * LANES, {self.seen(name)});"
-                          for number, name in enumerate(seen)), 8),
+            see=indented([*(f"lanes_put(seen + {number} * LANES, {self.seen(name)});"
+                            for number, name in enumerate(seen)),
+                          *(f"lanes_take_size(sizes + {2 * number} * LANES, sizes + {2 * number + 1} * LANES, "
+                            f"{self.seen(name)});" for number, name in enumerate(amounts))], 8),
             signals=indented(signals, 4).lstrip(),
             step=indented((line for number in range(len(self.calls)) for line in self.lines(number)), 8))
 
@@ -363,7 +368,7 @@ class LaneLoop:
         self.take_in.argtypes = [c_void_p, POINTER(c_void_p), POINTER(c_void_p), c_int64]
         self.function.restype = None
         self.function.argtypes = [c_void_p, POINTER(Moved), POINTER(c_void_p), c_int64, c_int64, c_int64, c_void_p,
-                                  POINTER(c_int64)]
+                                  c_void_p, POINTER(c_int64)]
         self.size: int = self.take_in(None, None, None, 0)
 
     def begin(self) -> Taken:
@@ -384,22 +389,24 @@ class LaneLoop:
             taken.rows.append((rows, arrays))
         return status
 
-    def run(self, taken: Taken, first: int, last: int, seen: Array) -> None:
+    def run(self, taken: Taken, first: int, last: int, seen: Array, sizes: Array) -> None:
         """Write rows of what is seen from communication point `first` on, shape (points, columns, lanes), and step on.
 
-        `last` is the last point of all. The status of a run that an FMU would refuse is then REFUSED.
+        Sums and largest sizes of amounts go on in `sizes`, shape (amounts, 2, lanes). `last` is the last point of all.
+        The status of a run that an FMU would refuse is then REFUSED.
         """
-        assert seen.flags.c_contiguous and seen.shape[-1] == self.width
+        assert seen.flags.c_contiguous and sizes.flags.c_contiguous and seen.shape[-1] == self.width == sizes.shape[-1]
         lanes = [addressof(taken.rows[min(lane, len(taken.rows) - 1)][0]) for lane in range(self.width)]
         self.function(taken.address, self.moved, (c_void_p * self.width)(*lanes), first, first + len(seen), last,
-                      seen.ctypes.data, taken.status)
+                      seen.ctypes.data, sizes.ctypes.data, taken.status)
 
 
-def lane_loop(wiring: Wiring, seen: Sequence[str], varied: Varied | None = None, build: bool = False,
-              written: Mapping[str, Variables] | None = None) -> LaneLoop | None:
+def lane_loop(wiring: Wiring, seen: Sequence[str], amounts: Sequence[str], varied: Varied | None = None,
+              build: bool = False, written: Mapping[str, Variables] | None = None) -> LaneLoop | None:
     """The loop for a wiring, compiled now if it was not before and `build` asks for it; one lane if nothing varies.
 
-    `seen` are the recorded variables whose values it writes, 0 for one without a name. None if no loop is there, or
+    `seen` are the recorded variables whose values it writes, 0 for one without a name, and `amounts` those of which it
+    takes the sizes. None if no loop is there, or
     possible. A loop needs native FMUs that this installation builds, or `written` ones by name that this process has
     built, with steps of one length and without clocks; signals that vary must be numbers. ExportError from the
     compiler; OSError if the result cannot be kept.
@@ -413,10 +420,10 @@ def lane_loop(wiring: Wiring, seen: Sequence[str], varied: Varied | None = None,
     vectors, (host,) = ONE_LANE if varied is None else widest(), host_platform().values()
     host = host._replace(flags=(*host.flags, *PARTS_INLINED, f"-mcpu={vectors.processor}"))
     text = LaneCode(wiring, parts, varied or NOTHING, vectors.width)
-    if not {*seen} - {""} <= {*text.places}:
+    if not {*seen, *amounts} - {""} <= {*text.places}:
         return None
     place = key_of(BLOCK_LOOPS, sorted(files.items()), [digest_at(fmu.path) for fmu in fmus.values()], text.form,
-                   [*seen], SOURCE.read_text(encoding="utf-8"), FLAGS, host, code())
+                   [*seen], [*amounts], SOURCE.read_text(encoding="utf-8"), FLAGS, host, code())
     name = f"maglev_lanes_{vectors.processor}{host.ending}"
     path = kept(place, name)
     if path is None and build:
@@ -424,7 +431,7 @@ def lane_loop(wiring: Wiring, seen: Sequence[str], varied: Varied | None = None,
         if len(known) < len(fmus):
             return None
         text.translate(known)
-        path = keep_here(place, name, library({**files, LOOP_FILE: text.text(seen)}, Path(name).stem, host))
+        path = keep_here(place, name, library({**files, LOOP_FILE: text.text(seen, amounts)}, Path(name).stem, host))
     return None if path is None else LaneLoop(path, wiring, parts, vectors.width, apart)
 
 

@@ -104,9 +104,9 @@ class RepeatedRun:
             names = {f"{name}.{variable}" for name, own in self.start(self.varied).items() for variable in own
                      if name in self.experiment.files}
             varied = Varied(frozenset(names), bool(self.driven_by(self.varied)))
-            self.loop = lane_loop(wiring, seen, varied, build, self.written)
+            self.loop = lane_loop(wiring, seen, measuring.amounts, varied, build, self.written)
         if self.loop is None:
-            self.loop = lane_loop(wiring, seen, None, build, self.written)
+            self.loop = lane_loop(wiring, seen, measuring.amounts, None, build, self.written)
 
     def given(self) -> dict[str, Array]:
         """Return the signals of the master as they are now, by name, shape (points,)."""
@@ -163,27 +163,32 @@ class RepeatedRun:
             of_meters = {meter: [lane for lane, own in enumerate(lanes) if own[1] is meter] for _, meter, _ in lanes}
             for meter, own in of_meters.items():
                 meter.begin([lanes[lane][2] for lane in own])
-            self.fly(taken, of_meters)
+            sizes = self.fly(taken, of_meters)
             for lane, (number, meter, _) in enumerate(lanes):
                 if taken.status[lane] == DONE:
-                    found[number] = meter.found(of_meters[meter].index(lane))
+                    found[number] = meter.found(of_meters[meter].index(lane), sizes[..., lane])
         return found
 
-    def fly(self, taken: Taken, of_meters: Mapping[Meter, Sequence[int]]) -> None:
-        """Make all steps of the runs that are taken; each meter measures the runs in its lanes."""
+    def fly(self, taken: Taken, of_meters: Mapping[Meter, Sequence[int]]) -> Array:
+        """Make all steps of the runs that are taken; each meter measures the runs in its lanes.
+
+        Returns the sums and the largest of the sizes of amounts, shape (amounts, 2, lanes).
+        """
         assert self.loop is not None and self.measuring is not None
         points = len(self.measuring.time)
         rows = np.zeros((1 + min(CHUNK, points), len(self.measuring.names), self.loop.width))
+        sizes = np.zeros((len(self.measuring.amounts), 2, self.loop.width))
         for first in range(0, points, CHUNK):
             if self.ended.value:
                 raise KeyboardInterrupt
             rows[0] = rows[-1]
             rows = rows[:1 + points - first]
-            self.loop.run(taken, first, points - 1, rows[1:])
+            self.loop.run(taken, first, points - 1, rows[1:], sizes)
             if DONE not in [*taken.status]:
-                return
+                break
             for meter, own in of_meters.items():
                 meter.take(first, rows if len(own) == self.loop.width else np.ascontiguousarray(rows[..., own]))
+        return sizes
 
     def begin(self, changes: Changes) -> bool:
         """Prepare a run with other values for the loop; return False if there is none. Errors as in `run`."""

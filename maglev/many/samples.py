@@ -66,7 +66,7 @@ class Job:
     def repeated_run(self, ended: c_int64 | None = None) -> RepeatedRun:
         """Return the object that runs samples in this process, see `RepeatedRun`."""
         measuring = Measuring(self.experiment.plan, self.experiment.times, self.kept, self.every)
-        return RepeatedRun(self.experiment, measuring.names, measuring, ended, self.written)
+        return RepeatedRun(self.experiment, {*measuring.names, *measuring.amounts}, measuring, ended, self.written)
 
 
 @dataclass(frozen=True)

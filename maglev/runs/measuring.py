@@ -51,7 +51,8 @@ class Measuring:
     """The metrics to compute on runs of a plan at points of `time` (s); every n-th point of `kept` signals is stored.
 
     `names` are the variables that are looked at, in the order of the columns of a row; of these the `optional` ones may
-    be missing, and then count as 0.
+    be missing, and then count as 0. Of `amounts`, in A, rows are looked at where there are events; else their sizes are
+    enough, of which whoever makes the samples has the largest and the sum.
     """
 
     def __init__(self, plan: RunPlan, time: Array, kept: Sequence[str] = (), every: int = 1):
@@ -59,12 +60,13 @@ class Measuring:
         axes, motors = plan.axes.values(), plan.motors.values()
         flags = [flag for flag in (plan.stop_flag, plan.trip_flag) if flag is not None]
         self.flag_numbers = {flag: number for number, flag in enumerate(flags)}
+        self.amounts = [name for motor in motors for name in (*motor.currents, *motor.commands)]
         self.optional = [f"{winding_of(motor)}.rise" for motor in motors]
         groups = ([axis.position for axis in axes], [axis.reference for axis in axes],
-                  [name for motor in motors for name in (*motor.currents, *motor.commands)], self.optional, flags, kept)
+                  flags, kept, self.amounts if plan.events else (), self.optional if plan.events else ())
         self.names = [name for group in groups for name in group]
         ends = [0, *accumulate(map(len, groups))]
-        (self.positions, self.references, self.amounts, self.rises, self.flags, self.rest) = (
+        self.positions, self.references, self.flags, self.rest, self.amount_columns, self.rises = (
             slice(first, last) for first, last in pairwise(ends))
         self.bands = [plan.metrics.bands_of(axis) for axis in axes]
         self.band_rows = np.full((max(map(len, self.bands), default=0), len(self.bands), 1), math.inf)
@@ -76,10 +78,6 @@ class Measuring:
             first, middle = last, last + len(motor.currents)
             last = middle + len(motor.commands)
             self.motors.append((name, range(first, middle), range(middle, last)))
-
-    def missing(self, recorded: Collection[str]) -> list[str]:
-        """Return the variables that must be recorded and are not."""
-        return [name for name in self.names if name not in recorded and name not in self.optional]
 
 
 class Meter:
@@ -118,12 +116,10 @@ class Meter:
         self.resistances = np.array([[own.get(motor, math.nan) for own in resistances]
                                      for motor, _, _ in measuring.motors]).reshape(-1, runs)
         bands, axes, _ = measuring.band_rows.shape
-        motors, amounts, flags = (len(measuring.motors), measuring.amounts.stop - measuring.amounts.start,
-                                  len(measuring.flag_numbers))
+        motors, amounts, flags = len(measuring.motors), len(measuring.amounts), len(measuring.flag_numbers)
         shapes: list[tuple[float, str, tuple[int, ...]]] = [
             (0.0, "squares end tracking", (axes,)), (-math.inf, "peak", (axes,)), (-1.0, "beyond", (axes,)),
-            (0.0, "largest sum", (amounts,)), (-1.0, "flag", (flags,)),
-            (0.0, "flag_position flag_error", (flags, axes))]
+            (-1.0, "flag", (flags,)), (0.0, "flag_position flag_error", (flags, axes))]
         windows, events = len(self.windows), len(self.events)
         shapes += [(0.0, "before target steady error_before error_at_end", (windows, axes)),
                    (-math.inf, "highest", (windows, axes)), (math.inf, "lowest", (windows, axes)),
@@ -142,10 +138,13 @@ class Meter:
         with np.errstate(all="ignore"):   # what is no number shows in the end
             Chunk(self, first, rows).measure()
 
-    def found(self, run: int) -> "Found | None":
-        """Return the results of one of the finished runs; None if one of them is not a number."""
-        state = {name: values[..., run] for name, values in self.state.items()}
-        complete = np.isfinite(state["squares"]).all() and np.isfinite(state["sum"]).all()
+    def found(self, run: int, sizes: Array) -> "Found | None":
+        """Return the results of one of the finished runs; None if one of them is not a number.
+
+        `sizes` has sum and largest of the sizes of amounts, shape (amounts, 2).
+        """
+        state = {name: values[..., run] for name, values in self.state.items()} | {"sizes": sizes}
+        complete = np.isfinite(state["squares"]).all() and np.isfinite(sizes).all()
         return Found(self, state, self.kept[..., run]) if complete else None
 
     def metrics(self, found: Sequence[State]) -> ManyMetrics:
@@ -156,14 +155,14 @@ class Meter:
         contact, trip = (self.first(state, flag) for flag in (plan.stop_flag, plan.trip_flag))
         ends = dict(zip(plan.axes, np.abs(state["end"]), strict=True))
         off = [error > fail_error for error, fail_error in zip(ends.values(), self.fail_errors, strict=True)]
-        means = state["sum"] / points
+        peaks, means = state["sizes"][:, 1], state["sizes"][:, 0] / points
         return ManyMetrics(
             steps=tuple(self.steps(state)),
             tracking=() if self.tracked == points else tuple(
                 tracking_of(axis, state["tracking"][i] / (points - self.tracked), state["peak"][i],
                             self.transient(state["beyond"][i])) for i, axis in enumerate(plan.axes)),
             motors=tuple(currents_of(motor, *(largest(values[k] for k in group) for group in (currents, commands)
-                                              for values in (state["largest"], means)))
+                                              for values in (peaks, means)))
                          for motor, currents, commands in measuring.motors),
             end_errors=ends,
             rms_errors=dict(zip(plan.axes, np.sqrt(state["squares"] / points), strict=True)),
@@ -288,9 +287,6 @@ class Chunk:
         now = slice(1, None)
         state["squares"] = added(state["squares"], self.errors[now] ** 2)
         state["end"] = self.errors[-1]
-        amounts = np.abs(self.rows[now, measuring.amounts])
-        state["largest"] = np.maximum(state["largest"], amounts.max(0))
-        state["sum"] = added(state["sum"], amounts)
         if self.flags[now].any():
             self.note_flags()
         if meter.tracked < points:
@@ -350,7 +346,7 @@ class Chunk:
     def measure_events(self, going: Iterable[tuple[int, int, int]]) -> None:
         """Measure the windows of events, with their numbers."""
         meter, state, measuring = self.meter, self.meter.state, self.meter.measuring
-        amounts = self.rows[:, measuring.amounts]
+        amounts = self.rows[:, measuring.amount_columns]
         squares = np.zeros_like(self.rows[:, :len(measuring.motors)])
         for motor, (_, currents, _) in enumerate(measuring.motors):
             for k in currents:
@@ -370,7 +366,7 @@ class Chunk:
                 state["changes"][number] = added(state["changes"][number], (amounts[later] - amounts[earlier]) ** 2)
 
     def note_outside(self, last: Array, off: Array, reach: Array, part: slice) -> None:
-        """Note the last samples outside of each band in `last`, shape (bands, axes, runs); `reach` is the largest |off|.
+        """Note the last samples outside of each band in `last`, shape (bands, axes, runs); `reach` is max |off|.
         """
         bands = self.meter.measuring.band_rows
         if (reach > bands).any():
@@ -391,6 +387,8 @@ def run_metrics(plan: RunPlan, time: Array, columns: Mapping[str, Array],
     measuring = Measuring(plan, time)
     known = [finite_column(columns, name, len(time)) if name in columns or name not in measuring.optional else
              np.zeros(len(time)) for name in measuring.names]
+    amounts = [np.abs(finite_column(columns, name, len(time))) for name in measuring.amounts]
+    sizes = np.array([(np.add.accumulate(each)[-1], each.max()) for each in amounts]).reshape(-1, 2)
     meter = Meter(measuring, dict(zip(plan.axes, known[measuring.references], strict=True)))
     meter.begin([resistances or {}])
     rows = np.zeros((len(known), 1 + min(CHUNK, len(time))))
@@ -400,8 +398,9 @@ def run_metrics(plan: RunPlan, time: Array, columns: Mapping[str, Array],
         for row, values in zip(rows, known, strict=True):
             row[1:] = values[first:first + CHUNK]
         meter.take(first, rows.T[:, :, None])
-    return metrics_of_one(plan, meter.metrics([{name: values[..., 0] for name, values in meter.state.items()}]),
-                          extremes_of(columns))
+    found = meter.found(0, sizes)
+    assert found is not None
+    return metrics_of_one(plan, meter.metrics([found.state]), extremes_of(columns))
 
 
 def added(before: Array, values: Array) -> Array:

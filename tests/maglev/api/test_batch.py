@@ -67,9 +67,10 @@ def test_samples_side_by_side_are_runs(native_fmus: Path, monkeypatch: pytest.Mo
     together: list[int] = []
     fly = RepeatedRun.fly
 
-    def watched(repeated: RepeatedRun, taken: Taken, of_meters: Any) -> None:
-        fly(repeated, taken, of_meters)
+    def watched(repeated: RepeatedRun, taken: Taken, of_meters: Any) -> Any:
+        sizes = fly(repeated, taken, of_meters)
         together.append(len(taken.rows))
+        return sizes
 
     monkeypatch.setattr(RepeatedRun, "fly", watched)
     found = maglev.batch(RUN, {"plant.v.mass": MASSES, "plant.h.position_start": [0.0, 9.0, 0.001]}, fmus=native_fmus,
@@ -139,11 +140,11 @@ def test_samples_of_a_batch_under_way_are_there_after_an_interrupt(native_fmus: 
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
     measured, found = [], Meter.found
 
-    def interrupt(meter: Meter, run: int) -> Any:
+    def interrupt(*given: Any) -> Any:
         measured.append(1)
         if len(measured) == 3:
             os.kill(os.getpid(), signal.SIGINT)
-        return found(meter, run)
+        return found(*given)
 
     monkeypatch.setattr(Meter, "found", interrupt)
     with pytest.raises(maglev.BatchInterrupted) as error:

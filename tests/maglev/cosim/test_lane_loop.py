@@ -137,9 +137,10 @@ def test_a_lane_that_is_refused_leaves_the_others_alone(native_fmus: Path, monke
     statuses: list[list[int]] = []
     fly = RepeatedRun.fly
 
-    def watched(repeated: RepeatedRun, taken: Taken, of_meters: Any) -> None:
-        fly(repeated, taken, of_meters)
+    def watched(repeated: RepeatedRun, taken: Taken, of_meters: Any) -> Any:
+        sizes = fly(repeated, taken, of_meters)
         statuses.append(taken.status[:len(taken.rows)])
+        return sizes
 
     monkeypatch.setattr(RepeatedRun, "fly", watched)
     together = measured(experiment, runs, True)
