@@ -16,7 +16,7 @@ struct moved {
 /* Whether an instance would take a step of co-simulation as it is. */
 static bool ready(const struct Progress *progress)
 {
-    return progress->phase == RUNNING && !progress->exchange && !progress->events && !progress->suspect;
+    return progress->phase == RUNNING && !progress->exchange && !progress->events;
 }
 
 /* Several runs side by side, each in a lane: what they differ in is a vector. */

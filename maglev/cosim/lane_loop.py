@@ -234,7 +234,7 @@ class LaneCode:
             varies = self.row_varies(where, column)
             signals = self.tracks[where].signals is not None
             if not variable.boolean:
-                low, high = (c_literal(float(end)) for end in (variable.low, variable.high))
+                low, high = map(c_literal, variable.settable)
                 yield (f"refused |= ~(({value} >= lanes_of_float({low})) & ({value} <= lanes_of_float({high})));"
                        if varies else f"refused |= lanes_of_bool(!({value} >= {low} && {value} <= {high}));")
             given = f"{value} != 0" if variable.boolean and signals else value

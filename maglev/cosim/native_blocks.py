@@ -101,7 +101,8 @@ def block_files(path: Path, _sha256: str) -> tuple[str, dict[str, str]]:
 
 def out_of_range(variable: Variable, value: str) -> str:
     """C of whether a variable cannot be set to a value, as set_reals of variables.c has it."""
-    return f"!({value} >= {c_literal(float(variable.low))} && {value} <= {c_literal(float(variable.high))})"
+    low, high = map(c_literal, variable.settable)
+    return f"!({value} >= {low} && {value} <= {high})"
 
 
 def filled_in(file: Path, **what: object) -> str:
