@@ -165,8 +165,9 @@ class RepeatedRun:
                 meter.begin([lanes[lane][2] for lane in own])
             sizes = self.fly(taken, of_meters)
             for lane, (number, meter, _) in enumerate(lanes):
-                if taken.status[lane] == DONE:
-                    found[number] = meter.found(of_meters[meter].index(lane), sizes[..., lane])
+                result = meter.found(of_meters[meter].index(lane), sizes[..., lane])
+                if taken.status[lane] == DONE and result.complete:
+                    found[number] = result
         return found
 
     def fly(self, taken: Taken, of_meters: Mapping[Meter, Sequence[int]]) -> Array:

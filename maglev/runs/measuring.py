@@ -138,14 +138,13 @@ class Meter:
         with np.errstate(all="ignore"):   # what is no number shows in the end
             Chunk(self, first, rows).measure()
 
-    def found(self, run: int, sizes: Array) -> "Found | None":
-        """Return the results of one of the finished runs; None if one of them is not a number.
+    def found(self, run: int, sizes: Array) -> "Found":
+        """Return the results of one of the finished runs.
 
         `sizes` has sum and largest of the sizes of amounts, shape (amounts, 2).
         """
         state = {name: values[..., run] for name, values in self.state.items()} | {"sizes": sizes}
-        complete = np.isfinite(state["squares"]).all() and np.isfinite(sizes).all()
-        return Found(self, state, self.kept[..., run]) if complete else None
+        return Found(self, state, self.kept[..., run])
 
     def metrics(self, found: Sequence[State]) -> ManyMetrics:
         """Return the metrics of finished runs."""
@@ -262,6 +261,11 @@ class Found(NamedTuple):
     meter: Meter
     state: State
     kept: Array
+
+    @property
+    def complete(self) -> bool:
+        """Return True if all results are numbers."""
+        return bool(np.isfinite(self.state["squares"]).all() and np.isfinite(self.state["sizes"]).all())
 
 
 class Chunk:
@@ -398,9 +402,7 @@ def run_metrics(plan: RunPlan, time: Array, columns: Mapping[str, Array],
         for row, values in zip(rows, known, strict=True):
             row[1:] = values[first:first + CHUNK]
         meter.take(first, rows.T[:, :, None])
-    found = meter.found(0, sizes)
-    assert found is not None
-    return metrics_of_one(plan, meter.metrics([found.state]), extremes_of(columns))
+    return metrics_of_one(plan, meter.metrics([meter.found(0, sizes).state]), extremes_of(columns))
 
 
 def added(before: Array, values: Array) -> Array:
