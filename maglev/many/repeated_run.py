@@ -42,6 +42,7 @@ class RepeatedRun:
         self.written = written
         self.varied: Changes | None = None   # what runs side by side differ in
         self.loop: LaneLoop | None = None
+        self.one_by_one: LaneLoop | None = None   # the loop for runs that are not side by side
         self.meter: Meter | None = None      # of the references as they are now
         self.meters: dict[str, Meter] = {}   # by the samples of steps
         self.resettable = not any(is_foreign(path) for name, path in experiment.files.items()
@@ -77,7 +78,7 @@ class RepeatedRun:
             self.master.wire(self.experiment.plan.stop_time, self.drives)
             assert self.master.wiring is not None
             self.driven = self.drives
-            self.columns = self.meter = None
+            self.columns = self.meter = self.one_by_one = None
             self.asked = {}
             self.find_loop(build)
         return self.master
@@ -95,7 +96,7 @@ class RepeatedRun:
         """Find the loop for runs side by side, or else one by one; compile it now where `build` asks for it."""
         assert self.master is not None and self.master.wiring is not None
         wiring, measuring = self.master.wiring, self.measuring
-        self.loop = None
+        wide = self.loop = None
         if measuring is None or not {*self.given()} >= {axis.reference for axis in self.experiment.plan.axes.values()}:
             return
         recorded = {name for track in wiring.tracks for name in track.names}
@@ -104,9 +105,10 @@ class RepeatedRun:
             names = {f"{name}.{variable}" for name, own in self.start(self.varied).items() for variable in own
                      if name in self.experiment.files}
             varied = Varied(frozenset(names), bool(self.driven_by(self.varied)))
-            self.loop = lane_loop(wiring, seen, measuring.amounts, varied, build, self.written)
-        if self.loop is None:
-            self.loop = lane_loop(wiring, seen, measuring.amounts, None, build, self.written)
+            wide = lane_loop(wiring, seen, measuring.amounts, varied, build, self.written)
+        if wide is None and self.one_by_one is None:
+            self.one_by_one = lane_loop(wiring, seen, measuring.amounts, None, build, self.written)
+        self.loop = wide or self.one_by_one
 
     def given(self) -> dict[str, Array]:
         """Return the signals of the master as they are now, by name, shape (points,)."""
