@@ -18,7 +18,6 @@ from maglev.language.errors import ExportError
 from maglev.many import batches
 from maglev.many.repeated_run import RepeatedRun
 from maglev.many.samples import Batch
-from maglev.runs.measuring import Meter
 
 RUN = "2dof-step-1-nonlinear"
 MASSES = np.array([4.0, 4.35, 9.0])
@@ -138,15 +137,16 @@ def test_what_was_done_is_there_after_an_interrupt(native_fmus: Path, monkeypatc
 def test_samples_of_a_batch_under_way_are_there_after_an_interrupt(native_fmus: Path,
                                                                    monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
-    measured, found = [], Meter.found
+    flown, fly = [], RepeatedRun.fly
 
     def interrupt(*given: Any) -> Any:
-        measured.append(1)
-        if len(measured) == 3:
+        sizes = fly(*given)
+        flown.append(1)
+        if len(flown) == 3:
             os.kill(os.getpid(), signal.SIGINT)
-        return found(*given)
+        return sizes
 
-    monkeypatch.setattr(Meter, "found", interrupt)
+    monkeypatch.setattr(RepeatedRun, "fly", interrupt)
     with pytest.raises(maglev.BatchInterrupted) as error:
         maglev.batch(**of_ten(monkeypatch), fmus=native_fmus)
     require_done(error.value, 3)
