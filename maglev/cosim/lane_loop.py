@@ -170,7 +170,7 @@ class LaneCode:
 
     @property
     def form(self) -> object:
-        """What the C follows from, without the blocks."""
+        """Calls, tracks and differences between runs, from which the C follows."""
         return ([[(call.what[0].name, each.getting, each.variable.name, each.track, each.column) for each in transfers]
                  or call.what[0].name for call, transfers in zip(self.calls, self.transfers, strict=True)],
                 [(track.names, track.item, track.signals is None) for track in self.tracks],
@@ -340,7 +340,7 @@ def c_type(track: Track) -> str:
 
 
 class Taken:
-    """Runs in lanes: memory of the C, what it says of each run, and rows with the arrays that they point to."""
+    """Runs in lanes: memory of the C, the status of each run, and rows with the arrays that they point to."""
 
     def __init__(self, size: int, width: int) -> None:
         self.memory: Any = create_string_buffer(size + ALIGNED)
@@ -390,9 +390,9 @@ class LaneLoop:
         return status
 
     def run(self, taken: Taken, first: int, last: int, seen: Array, sizes: Array) -> None:
-        """Write rows of what is seen from communication point `first` on, shape (points, columns, lanes), and step on.
+        """Write a row of `seen`, shape (points, columns, lanes), at each communication point from `first`, and step.
 
-        Sums and largest sizes of amounts go on in `sizes`, shape (amounts, 2, lanes). `last` is the last point of all.
+        Update sums and largest sizes of amounts in `sizes`, shape (amounts, 2, lanes). `last` is the last point of all.
         The status of a run that an FMU would refuse is then REFUSED.
         """
         assert seen.flags.c_contiguous and sizes.flags.c_contiguous and seen.shape[-1] == self.width == sizes.shape[-1]
