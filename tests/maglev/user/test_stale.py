@@ -92,7 +92,7 @@ def folder(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Pat
 
 def said(result: Result) -> list[str]:
     """FMUs of which a command says that they are stale."""
-    lines = [line for line in (result.stdout + result.stderr).splitlines() if "stale" in line or "this installation builds;" in line]
+    lines = [line for line in (result.stdout + result.stderr).splitlines() if "stale" in line or "rebuilds it" in line]
     return [name for name in ("PlantMine", "RegulatorMine", "StageMine") if any(name in line for line in lines)]
 
 
