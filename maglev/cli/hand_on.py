@@ -82,7 +82,7 @@ def ref(fmu: Annotated[Path, typer.Argument(metavar="FMU", help="An FMU for co-s
 
         maglev new controller lqi.py
         maglev build lqi.py --fmus .
-        maglev pack ref LQI.fmu 3dof-setpoints --as controller
+        maglev pack ref LQI.fmu 3dof-smooth-nonlinear --as controller
         maglev check LQI.fmu
     """
     with one_line_errors(debug):
