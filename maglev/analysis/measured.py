@@ -16,7 +16,7 @@ from maglev.files.arrays import Array
 from maglev.files.errors import FmuError
 from maglev.files.side_by_side import Progress
 from maglev.fmi.definition import SAMPLE_TIME, FmuDefinition, look, put
-from maglev.fmi.freestanding import REFUSED_VALUE, ports_of
+from maglev.fmi.freestanding import ports_of
 from maglev.fmi.slave import RUNNING, BlockSlave, Refused
 from maglev.runs.preparation import Experiment
 
@@ -64,10 +64,6 @@ class Emulated(BlockSlave):
             answer = self.emulator.exchange(self.values)
         except EmulatorError as error:
             raise Refused(str(error)) from error
-        if answer.status >= REFUSED_VALUE:
-            v = self.variables[answer.status - REFUSED_VALUE]
-            raise Refused(f"{v.name} = {v.read(self.block)} {v.unit}".rstrip()
-                          + ", expected a number within its range")
         self.refuse(answer.status, time, step)
         for (owner, name), value in zip(self.readable, answer.outputs.tolist(), strict=True):
             put(owner, name, type(look(owner, name))(value))
