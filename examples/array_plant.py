@@ -10,7 +10,8 @@ import sys
 from pathlib import Path
 
 from maglev.descriptions.own_fmus import definition, project
-from maglev.fmi.definition import Array, with_arrays
+from maglev.fmi.arrays import with_arrays
+from maglev.fmi.definition import Array
 from maglev.fmi.native_build import build_native_fmu
 
 AXES, MOTORS, PHASES = "yxz", ("alpha", "beta"), "abc"

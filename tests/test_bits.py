@@ -45,6 +45,7 @@ ELSEWHERE = {
     "maglev/user/gain_design.py": "gains of a stage, kept to twelve digits",
     # Values of what varies: docs/accuracy.md says that their last digits are a machine's.
     "maglev/many/study_design.py": "quantiles of normal distributions, and powers between the ends of wide ranges",
+    "maglev/pages/frequency.py": "sensitivities and spectra, on a page",
     "maglev/pages/study_verdict.py": "intervals of shares that pass, and tests of influence, on a page",
     "maglev/files/table_times.py": "columns of a recording with uneven times, of which something is estimated",
     "maglev/many/tuning_search.py": "candidates of a search",

@@ -54,7 +54,7 @@ def motion_table(runs: dict[str, maglev.Run]) -> str:
         row("settling time to 0.1 mm (s)", ".2f", lambda run: [settling(run, a, 1e-4) for a in GOALS]),
         row("settling time to 10 µm (s)", ".2f", lambda run: [settling(run, a, 1e-5) for a in GOALS]),
         row("overshoot (%)", ".1f", lambda run: [100.0 * overshoot(run, a) for a in GOALS]),
-        row("furthest from the reference (mm)", ".2f", lambda run: [1e3 * lag(run, a) for a in GOALS]),
+        row("largest error (mm)", ".2f", lambda run: [1e3 * lag(run, a) for a in GOALS]),
         row("energy of the first second (J)", ".1f", lambda run: [energy(run, BEGIN + 1.0)]),
         row("peak of a phase current (A)", ".2f", lambda run: [max(np.abs(run[name]).max() for name in PHASES)])))
 

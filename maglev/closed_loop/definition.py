@@ -1,7 +1,7 @@
 """The FMUs of stage and controller in one."""
 
 from controller_fmu.adaptive_regulator import AdaptiveRegulator
-from maglev.closed_loop.block import AdaptiveLoop, ClosedLoop
+from maglev.closed_loop.closed_loop import AdaptiveLoop, ClosedLoop
 from maglev.closed_loop.variables import loop_refusals, loop_variables
 from maglev.fmi.definition import DefaultExperiment, Drawing, FmuDefinition
 from pmlsm.stage_description import StageDescription

@@ -1,6 +1,7 @@
 """A run made ready to run: FMU files, start values and reference signals, then measured and judged."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -22,7 +23,7 @@ from maglev.descriptions.registry import STAGES
 from maglev.files.arrays import Array
 from maglev.files.cache import Kept, digest_at
 from maglev.files.copies import copied, original
-from maglev.files.errors import ControllerError, FmuError, ScenarioError, few, option
+from maglev.files.errors import ControllerError, FmuError, MaglevError, ScenarioError, few, option
 from maglev.files.fmi_units import typeset_unit
 from maglev.files.side_by_side import Progress
 from maglev.files.time_grid import whole_steps
@@ -318,7 +319,9 @@ def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> I
         now, planned = experiment.plan.fmus[name].start[variable], plan.fmus[name].start.get(variable)
         before = known_start(name, experiment.files[name], variable) if planned is None else planned.given
         if before is None or not same_start(now.given, before) or variable in plan.fmus[name].start_from:
-            unit = experiment.units([full])[full]
+            unit = ""
+            with suppress(MaglevError):   # what is wrong is said where the run is checked
+                unit = experiment.units([full])[full]
             former = "" if before is None else f" instead of {with_unit(before, unit)}"
             written = str(now.written) if now.unit or now.text else with_unit(now.value, unit, now.written)
             yield f"{full} = {written}{former}"

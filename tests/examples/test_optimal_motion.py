@@ -143,7 +143,7 @@ def polynomial(block: ContinuousBlock, duration: float) -> tuple[float, float]:
 
 def said() -> dict[str, list[float]]:
     """Numbers in the rows of the tables of the best motion, by the first cell."""
-    _, _, section = PAGE.read_text(encoding="utf-8").partition("\n## The best motion\n")
+    _, _, section = PAGE.read_text(encoding="utf-8").partition("\n## Optimal motion\n")
     lines = [line.strip("| \n").split(" | ") for line in section.splitlines() if line.startswith("| ")]
     return {cells[0]: [float(number) for cell in cells[1:] for number in cell.split(", ")]
             for cells in lines if len(cells) > 1 and cells[1][0].isdigit()}

@@ -101,8 +101,8 @@ def test_a_longer_step_of_the_plant_is_made_at_its_end(fmus: Path) -> None:
 @pytest.mark.parametrize(("text", "reason"), [
     ("""<fmiModelDescription fmiVersion="3.0" modelName="M" instantiationToken="t"><CoSimulation modelIdentifier="m"/>
      <ModelVariables><Float64 name="time" valueReference="0" causality="independent"/>
-     <Clock name="sample" valueReference="1" causality="output" intervalVariability="triggered"/>
-     </ModelVariables><ModelStructure/></fmiModelDescription>""", "has the clock sample, which is triggered"),
+     <Clock name="sample" valueReference="1" causality="output" intervalVariability="changing"/>
+     </ModelVariables><ModelStructure/></fmiModelDescription>""", "has the clock sample, which is changing"),
     ("""<fmiModelDescription fmiVersion="1.0" modelName="M" guid="g" modelIdentifier="m" numberOfContinuousStates="0"
      numberOfEventIndicators="0"><ModelVariables/></fmiModelDescription>""",
      "is an FMI 1.0 FMU, expected FMI 2.0 or 3.0"),

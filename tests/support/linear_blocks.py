@@ -51,12 +51,9 @@ def plant_state(name: str, stage: Any, state: Sequence[float]) -> None:
     n = len(axes)
     for axis, position, velocity in zip(axes, state[:n], state[n:2 * n], strict=True):
         getattr(stage, axis).position, getattr(stage, axis).velocity = float(position), float(velocity)
-    if name in TILTING:
-        block = stage.block
-        block.mover.place(block.axes)
-        places = [block.mover.displacements[getattr(stage, motor).axis] for motor in motors]
-    else:
-        places = [float(place) for place in state[1:n]]
+    mover = stage.block.mover
+    mover.place(stage.block.axes)
+    places = [mover.displacements[getattr(stage, motor).axis] for motor in motors]
     for k, part in enumerate(flexible(name, stage)):
         first = 2 * n + 2 * len(motors) + 2 * k
         part.mode.deflection, part.mode.rate = (float(value) for value in state[first:first + 2])

@@ -9,7 +9,7 @@ from controller_fmu.adaptive_regulator import AdaptiveRegulator
 from controller_fmu.estimator import Estimator
 from controller_fmu.pid import PID
 from controller_fmu.regulator import Regulator
-from maglev.closed_loop.block import AdaptiveLoop, ClosedLoop
+from maglev.closed_loop.closed_loop import AdaptiveLoop, ClosedLoop
 from maglev.descriptions.registry import STAGES, definitions
 from plant_fmu.stage import Stage
 from pmlsm.stage_description import StageDescription

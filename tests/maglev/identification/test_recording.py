@@ -148,7 +148,7 @@ def test_bad_columns(tmp_path: Path, change: Callable[[Table], None], message: s
 @pytest.mark.parametrize(("content", "message"), [
     (b"time,a,b\n0,1,2\n", "no column of a position, expected v, h (2dof) or y, x, z (3dof) or y, x, z, roll, "
      "pitch (5dof); its columns are"),
-    (b"time,v,h,y,x,z\n0,1,2,3,4,5\n", "has the positions of 2dof and 3dof, expected stage='2dof' or stage='3dof'")])
+    (b"time,v,h,y,x,z\n0,1,2,3,4,5\n", "has the positions of 2dof and 3dof, needs stage = 2dof or stage = 3dof")])
 def test_bad_files(tmp_path: Path, content: bytes, message: str) -> None:
     path = tmp_path / "mine.csv"
     path.write_bytes(content)

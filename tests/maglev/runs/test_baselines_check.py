@@ -173,9 +173,9 @@ def test_the_package_keeps_no_baseline_of_another_scenario(tmp_path: Path) -> No
     for name in ("mine", "2dof-setpoints"):
         path = tmp_path / f"{name}.toml"
         path.write_text(f'extends = "2dof-push.toml"\nname = "{name}"\n')
-        with pytest.raises(ScenarioError, match=f"{name}.toml: expected baselines with it, the folder of its baseline"):
+        with pytest.raises(ScenarioError, match=f"{name}.toml: needs baselines, the folder of its baseline"):
             maglev.update(path)
-    with pytest.raises(ScenarioError, match="mine.toml: expected baselines with it"):
+    with pytest.raises(ScenarioError, match="mine.toml: needs baselines"):
         maglev.check(tmp_path / "mine.toml")
 
 

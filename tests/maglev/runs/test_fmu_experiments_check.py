@@ -292,7 +292,7 @@ def test_a_result_belongs_to_its_experiment_alone(fmus: Path, tmp_path: Path) ->
     problems = {experiment.name: experiment.problem for _, experiment in named_experiments([path]).values()}
     assert list(problems) == ["no.exp", "e", "lost"]
     assert "expected XML" in problems["no.exp"]
-    assert "there is no file 'in.csv'" in problems["e"] and "there is no file 'lost.csv'" in problems["lost"]
+    assert "the file 'in.csv'" in problems["e"] and "the file 'lost.csv'" in problems["lost"]
 
 
 @pytest.mark.usefixtures("slow")

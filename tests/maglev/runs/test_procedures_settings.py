@@ -99,6 +99,6 @@ def test_a_procedure_cannot_be_called_like_a_run_or_another_procedure(tmp_path: 
     mine = tmp_path / "mine.toml"
     mine.write_text(text.replace('"2dof-cogging"', '"mine"').replace('"loops/', f'"{PACKAGED}/loops/')
                     .replace('"references/', f'"{PACKAGED}/references/'), encoding="utf-8")
-    with pytest.raises(ScenarioError, match=f"procedure.name = '{name}': expected another name"):
+    with pytest.raises(ScenarioError, match=f"procedure.name = '{name}': .* uses it, expected another name"):
         select([str(mine), "2dof-setpoints", "2dof-cogging"])
     assert len(select([str(mine)])) == 1

@@ -121,7 +121,7 @@ def test_writing_imports_no_pandas(tmp_path: Path) -> None:
 def test_parquet_without_pyarrow_is_refused_before_the_run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     monkeypatch.setattr("maglev.api.running.run_experiments", lambda *_: pytest.fail("it ran"))
-    with pytest.raises(front_door.MaglevError, match=r"^Parquet needs pyarrow, .*: python -m pip install "
+    with pytest.raises(front_door.MaglevError, match=r"^Parquet needs pyarrow; .*: python -m pip install "
                                                      r"'maglev-fmus\[data\]'"):
         front_door.run_all("2dof-smooth-nonlinear", out=tmp_path, format="parquet")
 

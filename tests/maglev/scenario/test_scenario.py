@@ -164,7 +164,7 @@ def test_events_have_windows_and_claims(write):
     of_roll = ('metric = "settling_time"\naxis = "y"\nband = "10 um"\nrelation = "<"\ntarget = "5 s"',
                'metric = "integral_absolute_error"\naxis = "roll"\nrelation = "<"\ntarget = "50 urad s"')
     claim = load_plan(write(ROLL, EVENTS, of_roll)).claims[0]
-    assert (claim.target, claim.criterion) == (50e-6, "integral absolute error of roll < 50 µrad s")
+    assert (claim.target, claim.criterion) == (50e-6, "integral absolute error of roll < 50 µrad·s")
 
 
 def test_windows_end_at_events_steps_and_jumps_of_what_is_no_reference(write):

@@ -121,7 +121,7 @@ def test_what_is_not_carried_is_said(tmp_path: Path) -> None:
     path = controller(tmp_path, ("LARGEST = 6.0\n", "import numpy as np\n\nLARGEST = float(np.float64(6.0))\n"))
     result = maglev("build", path, "--fmus", tmp_path)
     assert result.exit_code == 0, result.output
-    assert f"maglev: {tmp_path / 'PD.fmu'} does not carry numpy: the Python of who imports it needs it" in result.stderr
+    assert f"{tmp_path / 'PD.fmu'} does not contain numpy: the Python of who imports it needs it" in result.stderr
     with zipfile.ZipFile(tmp_path / "PD.fmu") as archive:
         assert "with the packages numpy" in archive.read("documentation/externalDependencies.txt").decode()
         description = archive.read("modelDescription.xml").decode()

@@ -116,7 +116,7 @@ def test_its_fmu_has_a_page(slow: None, tmp_path: Path) -> None:
     fmu, = tool.build(new_plant(tmp_path / "mover.py", "2dof"), fmus=tmp_path)
     with zipfile.ZipFile(fmu) as archive:
         page = archive.read("documentation/index.html").decode()
-    assert all(f">{breakable(port)}</td>" in page for port in ("v.encoder", "motor.i_a_cmd", "h.force", "v.mass"))
+    assert all(f">{breakable(port)}</th>" in page for port in ("v.encoder", "motor.i_a_cmd", "h.force", "v.mass"))
     assert "every communication step" in page and "sample_time" not in page
 
 
