@@ -21,6 +21,9 @@ SEEN = """([from, until]) => {
     for (let row = rows.since(from + 1e-6); row < rows.since(until); row++) most = Math.max(most,
         Math.abs(rows.at(row, columnOf.position(i)) - rows.at(row, columnOf.reference(i))));
     return most; }"""
+# Measures of yours and the opponent; the best result, which a browser keeps for itself, has a column before these.
+RESULT = """[...document.querySelectorAll("#result tbody tr")]
+    .map((row) => [...row.cells].slice(-2).map((cell) => cell.innerText))"""
 
 
 @pytest.fixture
@@ -108,10 +111,10 @@ def test_a_result_is_that_of_the_run_that_is_seen_and_comes_with_the_link(tab: T
     for measure, window in ((0, (1.0, 4.0)), (4, (4.0, 7.0))):
         assert tab.evaluate(SEEN, window) == pytest.approx(result[measure], rel=0.02, abs=2e-6)
     assert tab.page.inner_text("#moment") == tab.page.inner_text("#result caption") != ""
-    law, link, table = tab.evaluate("lawText()"), tab.evaluate("location.hash"), tab.page.inner_text("#result tbody")
+    law, link, table = tab.evaluate("lawText()"), tab.evaluate("location.hash"), tab.evaluate(RESULT)
     again = Tab(browser, page, WIDE, link)
     wait_until(again.page, f"maglevLive.frames > 3 && {MEASURED}")
-    assert again.evaluate("lawText()") == law and again.page.inner_text("#result tbody") == table
+    assert again.evaluate("lawText()") == law and again.evaluate(RESULT) == table
     assert again.page.inner_text("#result caption").endswith("The link says so: run it to check.")
     assert again.evaluate("[maglevLive.state.controller, own.present]") == ["Regulator3DOF", False], "it runs by itself"
     again.page.click("#run-law")
