@@ -129,10 +129,10 @@ def study_times(study: PlannedStudy) -> dict[str, float]:
     times = {}
     with patch.object(lane_loop, "kept", lambda *_: None):   # no loop is found
         times["by calls of the FMUs"] = alone()
-    with patch.object(lane_loop, "widest", lambda: lane_loop.ONE_LANE), patch.object(batches, "WORTH_WIDENING", 0):
+    with patch.object(lane_loop, "widest", lambda: lane_loop.ONE_LANE), patch.object(batches, "WORTH_COMPILING", 0):
         assert batches.has_loop(study.job, study.batches, study.values)   # compiles it
         times[BLOCKS] = alone()
-    with patch.object(batches, "WORTH_WIDENING", 0):
+    with patch.object(batches, "WORTH_COMPILING", 0):
         assert batches.has_loop(study.job, study.batches, study.values)
     times[LANES] = alone()
     return times | {f"{jobs} side by side: wall time": time_in_threads(study, jobs) / SAMPLES for jobs in (1, 2)}

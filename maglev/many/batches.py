@@ -32,8 +32,7 @@ PYTHON_COST = 20                  # steps of native FMUs in one of those that ru
 FEWEST_BATCHES = 8                # of a small study, so that many workers have something to do
 MOST_BATCHES = 1_000              # of a large one: each becomes a file until all are done
 LARGEST_TRAJECTORIES = 32e6       # bytes of a batch
-WORTH_COMPILING = 10_000_000   # steps, which take longer by calls of FMUs than the compiler for a loop without
-WORTH_WIDENING = 100_000_000   # steps, which take a minute: the compiler for several side by side takes some seconds
+WORTH_COMPILING = 10_000_000      # steps, which take longer by calls of FMUs than the compiler and lanes together
 
 RunBatches = Callable[[Job, list[Batch], Array, Store], None]   # runs batches with values of the targets by sample
 
@@ -102,18 +101,14 @@ def run_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
 
 
 def has_loop(job: Job, batches: list[Batch], values: Array) -> bool:
-    """Return True if there is a loop with the FMUs' blocks; it is compiled now if the number of samples is worth it.
-
-    If there are many steps, that is one for samples side by side.
-    """
+    """Return True if there is a loop for samples side by side; it is compiled now if their number is worth it."""
     samples = [sample for batch in batches for sample in batch.samples]
     if job.limit is not None or not samples:
         return False
     steps = job.experiment.plan.stop_time / job.experiment.step * max(job.ahead, len(samples))
     with job.repeated_run() as repeated:
         try:
-            repeated.load(build=WORTH_COMPILING <= steps < WORTH_WIDENING)
-            repeated.widen(job.changes(values[samples[0]].tolist()), build=steps >= WORTH_WIDENING)
+            repeated.widen(job.changes(values[samples[0]].tolist()), build=steps >= WORTH_COMPILING)
         except (ExportError, OSError) as error:   # samples then take longer, which is said where there is a compiler
             if has_compiler():
                 warn(f"{error}; samples run by calls of the FMUs: the same results, slower")

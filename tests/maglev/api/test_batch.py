@@ -60,7 +60,7 @@ def test_samples_are_runs(batch: maglev.Batch) -> None:
 
 def test_samples_side_by_side_are_runs(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One that an FMU refuses has a row that says so."""
-    for worth in ("WORTH_COMPILING", "WORTH_WIDENING", "FEWEST_BATCHES"):
+    for worth in ("WORTH_COMPILING", "FEWEST_BATCHES"):
         monkeypatch.setattr(batches, worth, 1)
     monkeypatch.setattr(batches, "side_by_side", None)
     together: list[int] = []
@@ -82,12 +82,11 @@ def test_samples_side_by_side_are_runs(native_fmus: Path, monkeypatch: pytest.Mo
     assert found["rms error of h"][0] != found["rms error of h"][2]
 
 
-@pytest.mark.parametrize("worth", ["WORTH_COMPILING", "WORTH_WIDENING"])
-def test_a_loop_that_cannot_be_compiled_is_said(worth: str, native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_loop_that_cannot_be_compiled_is_said(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*_: Any) -> bytes:
         raise ExportError("the C compiler refuses the sources")
 
-    monkeypatch.setattr(batches, worth, 1)
+    monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
     monkeypatch.setattr(lane_loop, "kept", lambda *_: None)
     monkeypatch.setattr(lane_loop, "library", refused)
     with pytest.warns(UserWarning, match=r"refuses the sources; samples run by calls of the FMUs: the same results"):

@@ -102,8 +102,7 @@ def test_candidates_run_side_by_side(native_fmus: Path, searched: Searched, tmp_
         lanes.append(len(taken.rows))
 
     monkeypatch.setattr(LaneLoop, "run", watched)
-    for worth in ("WORTH_COMPILING", "WORTH_WIDENING"):
-        monkeypatch.setattr(batches, worth, 150 * 400)   # of the steps of all runs
+    monkeypatch.setattr(batches, "WORTH_COMPILING", 150 * 400)   # of the steps of all runs
     tiny_scenario(tmp_path)
     shutil.copy(searched.file, tmp_path / "tuning.toml")
     found = maglev.tune(tmp_path / "tuning.toml", out=tmp_path / "whole", fmus=native_fmus, jobs=1)
