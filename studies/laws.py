@@ -40,7 +40,7 @@ def map_laws(words: str, data: Path, outcomes: Sequence[str],
     def run_study(study: StudyFile) -> Path:
         return maglev.study(study, out=options.out, jobs=options.jobs, resume=True).path
 
-    stages = read_grids(options.data) if options.stage else {}
+    stages = read_grids(options.data) if options.stage and options.data.exists() else {}
     for stage in [options.stage] if options.stage else LAWS:
         stages[stage] = run_stage(stage, LAWS[stage], run_study, options)
     write_grids(options.data, outcomes, stages)

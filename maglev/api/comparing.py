@@ -195,7 +195,7 @@ def labelled(controllers: Controllers) -> dict[str, Given]:
     by_label: dict[str, Given] = {}
     for label, controller in pairs:
         if controller is None:
-            raise ScenarioError("controllers: one is None, expected names, files, classes or objects")
+            raise ScenarioError("controllers: the list has None, expected names, files, classes or objects")
         if not isinstance(label, str) or not label or set(label) & set('/\\\0<>:"|?*') or label.startswith("."):
             raise ScenarioError(f"controller {controller}: label = {label!r}, expected a label that can be part of a "
                                 "file name")

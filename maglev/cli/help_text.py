@@ -36,37 +36,30 @@ def write_parameters(command: Any, ctx: Any, formatter: Any) -> None:
             formatter.write_dl(rows, col_max=WIDEST)
 
 
-def first_paragraph(help_text: str | None) -> str:
-    """Return the line about a command in a list of commands."""
-    return cleandoc(help_text or "").split("\n\n")[0]
+class PlainHelp:
+    """Help of a command as plain text."""
 
-
-class Command(TyperCommand):
-    """A command with help as plain text."""
+    help: str | None
 
     def get_short_help_str(self, limit: int = 0) -> str:
-        """Return the line about this command, not cut to a limit."""
-        return first_paragraph(self.help)
+        """Return the first paragraph, not cut to a limit, for a list of commands."""
+        return cleandoc(self.help or "").split("\n\n")[0]
 
     def format_help_text(self, ctx: Any, formatter: Any) -> None:
-        """Write what stands before the options."""
+        """Write the paragraphs before the options."""
         write_help_text(self.help, formatter)
+
+
+class Command(PlainHelp, TyperCommand):
+    """A command with help as plain text."""
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write arguments and options."""
         write_parameters(self, ctx, formatter)
 
 
-class Commands(TyperGroup):
+class Commands(PlainHelp, TyperGroup):
     """Commands with a page of their own about all of them."""
-
-    def get_short_help_str(self, limit: int = 0) -> str:
-        """Return the line about these commands, not cut to a limit."""
-        return first_paragraph(self.help)
-
-    def format_help_text(self, ctx: Any, formatter: Any) -> None:
-        """Write what stands before the options."""
-        write_help_text(self.help, formatter)
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write the commands, then the options of all."""

@@ -372,7 +372,7 @@ class LaneLoop:
         self.size: int = self.take_in(None, None, None, 0)
 
     def begin(self) -> Taken:
-        """Begin runs side by side, of which there is none yet."""
+        """Return memory for runs side by side, without a run."""
         return Taken(self.size, self.width)
 
     def take(self, taken: Taken) -> int:
@@ -403,13 +403,12 @@ class LaneLoop:
 
 def lane_loop(wiring: Wiring, seen: Sequence[str], amounts: Sequence[str], varied: Varied | None = None,
               build: bool = False, written: Mapping[str, Variables] | None = None) -> LaneLoop | None:
-    """The loop for a wiring, compiled now if it was not before and `build` asks for it; one lane if nothing varies.
+    """Return the loop for a wiring, or None if there is none; `build` compiles one that was not compiled before.
 
-    `seen` are the recorded variables whose values it writes, 0 for one without a name, and `amounts` those of which it
-    takes the sizes. None if no loop is there, or
-    possible. A loop needs native FMUs that this installation builds, or `written` ones by name that this process has
-    built, with steps of one length and without clocks; signals that vary must be numbers. ExportError from the
-    compiler; OSError if the result cannot be kept.
+    The loop has one lane if nothing varies. It writes the values of the recorded variables `seen`, 0 for an empty name,
+    and adds up the sizes of the `amounts`. It needs native FMUs that this installation builds, or `written` ones by
+    name that this process has built, with steps of one length and without clocks. Signals that vary must be numbers.
+    ExportError from the compiler; OSError if the result cannot be kept.
     """
     fmus = {id(call.what[0]): call.what[0] for call in wiring.phases[0]}
     native = native_parts(fmus.values(), written) if len(wiring.phases) == 1 and in_c(wiring.phases) else None

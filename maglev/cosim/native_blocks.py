@@ -15,7 +15,7 @@ from fmpy import sharedLibraryExtension
 from maglev.cosim.fmu import Fmu
 from maglev.descriptions.own_fmus import definition, files_in, own_build
 from maglev.files.cache import BLOCK_LOOPS, Kept, digest_at, keep_here, kept, key_of
-from maglev.fmi.block_code import BLOCK, c_path, prefixed
+from maglev.fmi.block_code import BLOCK, prefixed
 from maglev.fmi.compiler import FLAGS, library
 from maglev.fmi.definition import Variable
 from maglev.fmi.native_build import PREFIX, SOURCES, host_platform
@@ -54,9 +54,6 @@ class Part(NamedTuple):
     def step(self) -> str:
         """Name of the function that steps it."""
         return f"{self.block}_step_block"
-
-    def value(self, variable: Variable) -> str:
-        return f"{self.block}.{c_path(variable.place)}"
 
 
 def compile_blocks(sources: Mapping[str, str]) -> Kept:

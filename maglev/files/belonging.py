@@ -19,11 +19,11 @@ def stranger(path: Path) -> str:
 
     Empty if it is, or if there is none that has its digest.
     """
-    beside = path.with_suffix(".json")
+    record = path.with_suffix(".json")
     try:
-        expected = json.loads(regular(beside).read_text(encoding="utf-8"))[KEY][path.name]
+        expected = json.loads(regular(record).read_text(encoding="utf-8"))[KEY][path.name]
     except (OSError, ValueError, KeyError, TypeError):
         return ""
     return "" if digest_at(path) == expected else (
-        f"does not belong to {beside.name} next to it: one of them was edited or is of another run; expected both of "
-        "one run, or this file alone")
+        f"does not belong to {record.name} next to it: one of the two was edited, or comes from another run. Keep both "
+        "files of one run, or this file alone")

@@ -61,7 +61,7 @@ def test_an_option_that_does_not_exist_is_refused() -> None:
     (maglev.region, "3dof", {"axis": "y", "gap": 0.02, "set": "plant.y.mass=7"},
      "set = 'plant.y.mass=7', expected a table, values by name"),
     (maglev.compare, [], {}, "runs: the list is empty, expected two or more"),
-    (maglev.compare, "2dof-smooth-nonlinear", {"controllers": [None]}, "controllers: one is None, expected names"),
+    (maglev.compare, "2dof-smooth-nonlinear", {"controllers": [None]}, "controllers: the list has None"),
     (maglev.compare, "2dof-smooth-nonlinear", {"controllers": {1: "PID2DOF"}}, "controller PID2DOF: label = 1, expec"),
     (maglev.run_all, "2dof-smooth-nonlinear", {"plot": "no"}, "plot = no: expected True or False"),
     (maglev.run, "2dof-smooth-nonlinear", {"keep_settings": "no"}, "keep_settings = no: expected True or False"),
