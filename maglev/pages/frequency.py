@@ -51,8 +51,8 @@ def margins_section(runs: Mapping[str, RunResult]) -> tuple[str, dict[str, dict[
     rows = [(f"{name} of {escape(axis)}", *(text(margins[label][axis]) for label in loops))
             for axis in axes for name, text in QUANTITIES.items()]
     return (f"<p>Margins of each loop, opened at the measurement of an axis, from its equations about the last "
-            f"setpoints ({typeset(at)}). The sensitivity is the share of a disturbance at the output that the loop "
-            f"leaves: all of it at 0 dB.</p>{html_table(('quantity', *loops), rows, look='cards numbers')}"
+            f"setpoints ({typeset(at)}). The sensitivity is the share of an output disturbance that remains; at 0 dB "
+            f"all of it remains.</p>{html_table(('quantity', *loops), rows, look='cards numbers')}"
             + "".join(left_out),
             {axis: {label: sensitivity(loop, axis) for label, loop in loops.items()} for axis in axes})
 

@@ -210,8 +210,8 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
     if not rows:
         return ""
     said = ("" if linked else f"<p>The live page cannot run these: {escape(why)}.</p>" if why else
-            f"<p>The live page can run these. Write it into this folder first, by <code>maglev live</code> "
-            f"({LIVE_PAGE}); a page of the study that is written after it links each sample to its run there.</p>")
+            f"<p>The live page can run these: write {LIVE_PAGE} into this folder with <code>maglev live</code>, then "
+            "write this page again. It then links each sample to its run there.</p>")
     listed = html_table(("sample", "why", "at", "run it again"), rows, look="cards")
     heading = "Worst samples" if table.num_rows > 1 else "The sample"
     return f'<section class="worst"><h2>{heading}</h2>{listed}{said}</section>'

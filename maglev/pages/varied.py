@@ -1,4 +1,4 @@
-"""The varied quantities of a study, in units for people: a percentage as such, with its nominal value."""
+"""The varied quantities of a study, in units for people: percentages and factors with their nominal values."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -37,6 +37,10 @@ def varied_of(table: pa.Table, about: Mapping[str, Any]) -> list[Varied]:
             label = " and ".join(parameter["set"]) if name == f"factor of {parameter['set'][0]}" else name
             of = f", change from {printed(nominal, parameter['unit'])}" if nominal is not None else ", change"
             found.append(Varied(name, label + of, "%", 100.0 * (values - 1.0), True))
+        elif parameter.get("mode") == "factor":
+            nominal = parameter.get("nominal")
+            of = f" {printed(nominal, parameter['unit'])}" if nominal is not None else ""
+            found.append(Varied(name, name, f"times{of}", values))
         else:
             unit, scale = shown_in(values.tolist(), units[name])
             found.append(Varied(name, name, unit, scale * values, scale=scale))

@@ -127,12 +127,14 @@ def test_what_has_no_influence_is_seldom_said_to_have_one() -> None:
     assert wrong <= 20   # 10 are expected, with a deviation of 3
 
 
-def test_a_percentage_is_told_as_a_change_from_the_nominal_value() -> None:
+def test_percentages_and_factors_are_told_with_the_nominal_value() -> None:
     made = table(GRID[:, 0], np.column_stack([0.8 + 0.1 * GRID[:, 0], GRID[:, 1]]))
     vary = [{**ABOUT["vary"][0], "kind": "percent", "nominal": 4.35, "unit": "kg"}, ABOUT["vary"][1]]
     percent, other = varied_of(made, {**ABOUT, "vary": vary})
     assert (percent.label, percent.unit) == ("plant.a, change from 4.35 kg", "%")
     assert percent.text(percent.values.min(), percent.values.max()) == "-10 to +20 %"
+    factor = varied_of(made, {**ABOUT, "vary": [{**vary[0], "kind": "uniform", "mode": "factor"}]})[0]
+    assert factor.text(0.9, 1.2) == "0.9 to 1.2 times 4.35 kg"
     said = study_verdict(made, {**ABOUT, "vary": vary}).replace("\N{NO-BREAK SPACE}", " ")
     assert "plant.a changed from 4.35 kg by \N{MINUS SIGN}10 to +20 %" in said
     assert other.label == "plant.b"
