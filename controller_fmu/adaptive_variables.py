@@ -27,12 +27,11 @@ def adaptive_variables(stage: StageDescription, regulator: FmuDefinition, estima
                 if v.causality == "parameter" and v.name not in shared | held | starts]
     return (*(v for v in kept if v.causality != "parameter"),
             *(v for constant in stage.constants for v in outcome(stage, constant, inputs)),
-            flag("adaptation.frozen", "the constants stay as they are: a command is or was just now at its limit, an "
-                                      "axis at a stop, the controller has tripped, or adaptation.active is false",
-                 inputs),
+            flag("adaptation.frozen", "true while the constants do not change: during and after a limit or a stop, "
+                                      "after a trip, or if adaptation.active is false", inputs),
             *(estimated(stage, constant, parameter(constant.name, constant.unit,
                                          f"constant of the {constant.meaning} in the controller's model, "
-                                         f"{'not' if constant.unit == IRON else 'from which it is'} adapted",
+                                         f"{'not adapted' if constant.unit == IRON else 'before adaptation'}",
                                          stage.source("model"), 1e-9, 1e6, 1.0, fixed=True), "guess", ESTIMATOR)
               for constant in stage.constants),
             *adaptation_parameters(),
@@ -49,30 +48,30 @@ def outcome(stage: StageDescription, of: StageConstant, inputs: tuple[str, ...])
     if of.unit == IRON:
         return ()
     name = of.name
-    return (replace(real_output(f"adapted.{name}", of.unit, f"constant of the {of.meaning} that the regulator has",
+    return (replace(real_output(f"adapted.{name}", of.unit, f"constant of the {of.meaning} that the regulator uses",
                                 1.0, discrete=True, depends_on=inputs, starts_from=(name,)),
                     path=f"regulator.{constant_place(stage, name)}"),
             estimated(stage, of,
                       real_output(f"estimated.{name}", of.unit, f"estimated constant of the {of.meaning}", 1.0,
                                    discrete=True, depends_on=inputs, starts_from=(name,)), "value", ESTIMATOR),
-            estimated(stage, of, flag(f"{name}_converged", f"data decide {name}, and its estimate has stayed within "
-                            "convergence.tolerance for convergence.time", inputs), "converged", ESTIMATOR))
+            estimated(stage, of, flag(f"{name}_converged", f"true if data determine {name} and its estimate has stayed "
+                            "within convergence.tolerance for convergence.time", inputs), "converged", ESTIMATOR))
 
 
 def adaptation_parameters() -> tuple[Variable, ...]:
     """When and how the constants follow their estimates."""
-    return (switch("adaptation.active", "let the constants follow their estimates", ASSUMED),
-            parameter("adaptation.range", "", "largest distance of a constant from where it begins, relative", ASSUMED,
+    return (switch("adaptation.active", "true to let the constants follow their estimates", ASSUMED),
+            parameter("adaptation.range", "", "largest relative change of a constant from its start value", ASSUMED,
                       0.0, 0.99, 0.1),
             parameter("adaptation.time", "s", "time constant with which the constants follow their estimates", ASSUMED,
                       1e-3, 1e6, 1.0),
-            parameter("adaptation.pause", "s", "how long the constants stay as they are after a limit or a stop",
+            parameter("adaptation.pause", "s", "time for which the constants do not change after a limit or a stop",
                       ASSUMED, 0.0, 1e6, 1.0))
 
 
 def travel(name: str, stop: Stop, place: str) -> tuple[Variable, ...]:
     """Where an axis, or the gap at each motor, meets its stops."""
-    return tuple(replace(parameter(f"{name}.travel.{end}", "m", f"{end} stop of {name}, at which nothing is estimated",
+    return tuple(replace(parameter(f"{name}.travel.{end}", "m", f"{end} stop of {name}, at which estimation pauses",
                                    ASSUMED, -10.0, 10.0, 1e-2), path=f"{place}.{end}")
                  for end in ("lower", "upper"))
 

@@ -73,10 +73,10 @@ def row_inputs(stage: StageDescription, axis: str) -> tuple[str, ...]:
 
 def axis_outputs(axis: str, measured: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Variable, ...]:
     """Outputs of the estimator for one axis; `measured` are the inputs that measure it, `inputs` those of its row."""
-    return (real_output(f"{axis}.velocity", "m/s", "velocity by the observer (Fig. 4.7)", 0.1, discrete=True,
+    return (real_output(f"{axis}.velocity", "m/s", "observed velocity (Fig. 4.7)", 0.1, discrete=True,
                         depends_on=measured),
-            real_output(f"{axis}.residual", "m/s2", "acceleration that the model with these estimates does not explain,"
-                        " low-passed with time constant epsilon", 0.1, discrete=True, depends_on=inputs))
+            real_output(f"{axis}.residual", "m/s2", "acceleration that the model with the estimates does not explain, "
+                        "low-passed with time constant epsilon", 0.1, discrete=True, depends_on=inputs))
 
 
 def estimate_variables(stage: StageDescription, of: StageConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
@@ -85,7 +85,7 @@ def estimate_variables(stage: StageDescription, of: StageConstant, inputs: tuple
     return (estimated(stage, of,
                       real_output(name, of.unit, f"estimated constant of the {of.meaning}", 1.0, discrete=True,
                                            depends_on=inputs, starts_from=(f"{name}_start",)), "value"),
-            estimated(stage, of, flag(f"{name}_converged", f"data decide {name}, and it has stayed within "
+            estimated(stage, of, flag(f"{name}_converged", f"true if data determine {name} and it has stayed within "
                                     "convergence.tolerance for convergence.time", inputs), "converged"))
 
 
@@ -95,8 +95,8 @@ def guess(stage: StageDescription, of: StageConstant, source: str, weight_source
     return (estimated(stage, of, parameter(f"{name}_start", of.unit, f"first guess of {name}", source, -1e6, 1e6, 1.0,
                                  fixed=True), "guess"),
             estimated(stage, of, parameter(f"{name}_weight", WEIGHT[of.unit], "diagonal element of Q0 = Σ(0) in (3.8) "
-                                         f"for {name}: how much data it takes to leave the first guess; a very large "
-                                         "one holds it", weight_source, 1e-20, 1e20, of.weight, fixed=True), "weight"))
+                                         f"for {name}: the larger, the more data it takes to change the first guess",
+                                 weight_source, 1e-20, 1e20, of.weight, fixed=True), "weight"))
 
 
 def estimator_parameters(sample_time_source: str) -> tuple[Variable, ...]:
@@ -104,17 +104,17 @@ def estimator_parameters(sample_time_source: str) -> tuple[Variable, ...]:
     stated = "stated, section 4.3.3"
     return (parameter("epsilon", "s", "ε of (3.8), confidence in the measured velocity: time constant with which the "
                       "model's velocity follows it", stated, 1e-5, 10.0, 0.01),
-            parameter("gamma", "", "γ of (3.8), attenuation level: the smaller, the sooner old data are outweighed; "
-                      "with 1 Σ does not grow", stated, 1.0, 1e3, 1.0),
-            parameter("forgetting", "1/s", "rate at which Σ forgets, so that the estimates follow a change with the "
-                      "rate forgetting / (1 - 1/gamma²); 0 = off", "assumed: off, as in (3.8)", 0.0, 1e3, 0.1),
-            switch("matched_filter", "filter the columns of A(y, u) as the observer filters the velocity",
+            parameter("gamma", "", "γ of (3.8), attenuation level: the smaller, the sooner new data outweigh old; "
+                      "if it is 1, Σ does not grow", stated, 1.0, 1e3, 1.0),
+            parameter("forgetting", "1/s", "rate at which Σ forgets; estimates follow a change with the rate "
+                      "forgetting / (1 - 1/gamma²); 0 = off", "assumed: off, as in (3.8)", 0.0, 1e3, 0.1),
+            switch("matched_filter", "true to filter the columns of A(y, u) as the observer filters the velocity",
                    "assumed: off, the thesis does not mention it"),
-            switch("held", "leave estimates and Σ as they are, for as long as the data are not to be trusted",
+            switch("held", "true to keep estimates and Σ constant while the data are unreliable",
                    "assumed: the thesis does not mention it"),
             control.sample_time(sample_time_source),
             *control.observer_times(),
-            parameter("convergence.tolerance", "", "band, relative, that a converged estimate keeps to", "assumed",
+            parameter("convergence.tolerance", "", "relative band within which a converged estimate stays", "assumed",
                       0.0, 1.0, 0.01),
-            parameter("convergence.time", "s", "time for which a converged estimate has kept to its band", "assumed",
+            parameter("convergence.time", "s", "time for which a converged estimate has stayed in its band", "assumed",
                       0.0, 1e6, 1.0))

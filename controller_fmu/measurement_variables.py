@@ -30,32 +30,33 @@ def measurement_variables(stage: StageDescription) -> tuple[Variable, ...]:
     """Variables of a measurement: inputs, outputs, then parameters."""
     measured = list(encoders(stage))
     inputs = [replace(of, name=encoder, path=f"encoders[{number}].encoder",
-                      description=f"{of.description.replace('measured ', '', 1)}, as the encoder has it")
+                      description=f"{of.description.replace('measured ', '', 1)}, as the encoder reads it")
               for number, (_, encoder, of) in enumerate(measured)]
-    outputs = [replace(real_output(of.name, of.unit, f"{of.description}, as the controller gets it", of.nominal or 1.0,
-                                   discrete=True, depends_on=(encoder,), starts_from=(encoder,)),
+    outputs = [replace(real_output(of.name, of.unit, f"{of.description}, as the controller receives it",
+                                   of.nominal or 1.0, discrete=True, depends_on=(encoder,), starts_from=(encoder,)),
                        path=f"encoders[{number}].measured") for number, (_, encoder, of) in enumerate(measured)]
     return (*inputs, *outputs,
-            parameter("seed", "", "seed of the noise, a whole number: another one, other noise", "assumed", 0.0,
-                      4294967295.0, 1.0, fixed=True),
-            parameter("sample_time", "s", "sample time, that of the controller; the communication step must divide it",
+            parameter("seed", "", "seed of the random noise, a whole number", "assumed", 0.0, 4294967295.0, 1.0,
+                      fixed=True),
+            parameter("sample_time", "s", "sample time of the controller; the communication step must divide it",
                       stage.source("sample_time"), 1e-6, 1.0, 1e-3, fixed=True),
-            *(replace(parameter(name, "s", f"{text}; together at most {LATEST} samples", NONE, 0.0, 1.0, 1e-3,
+            *(replace(parameter(name, "s", f"{text}; delay + jitter at most {LATEST} samples", NONE, 0.0, 1.0, 1e-3,
                                 fixed=True), path=f"instant.{name}")
-              for name, text in (("delay", "age of a measurement when the controller gets it"),
-                                 ("jitter", "random part of the age, next to delay, evenly spread from 0 to this"))),
+              for name, text in (("delay", "age of a measurement when the controller receives it"),
+                                 ("jitter", "random extra age, uniform between 0 and jitter"))),
             *(replace(v, path=v.name.replace(owner, f"encoders[{number}]", 1))
               for number, (owner, _, _) in enumerate(measured) for v in encoder_parameters(owner)))
 
 
 def encoder_parameters(owner: str) -> tuple[Variable, ...]:
     """Parameters of the errors of one encoder."""
-    return (parameter(f"{owner}.noise", "m", "standard deviation of white, normal noise", NONE, 0.0, 1.0, 1e-6),
-            parameter(f"{owner}.interpolation.amplitude", "m", "amplitude of the error that is periodic along the way",
+    return (parameter(f"{owner}.noise", "m", "standard deviation of white Gaussian noise", NONE, 0.0, 1.0, 1e-6),
+            parameter(f"{owner}.interpolation.amplitude", "m", "amplitude of the position-periodic interpolation error",
                       NONE, 0.0, 1.0, 1e-6),
-            parameter(f"{owner}.interpolation.period", "m", "period of that error; 0 = none", NONE, 0.0, 1.0, 1e-5),
-            parameter(f"{owner}.offset", "m", "constant error; changed in mid-run it is a jump", NONE, -1.0, 1.0, 1e-5),
+            parameter(f"{owner}.interpolation.period", "m", "period of the interpolation error; 0 = no error", NONE,
+                      0.0, 1.0, 1e-5),
+            parameter(f"{owner}.offset", "m", "constant error; a change during a run is a jump", NONE, -1.0, 1.0, 1e-5),
             parameter(f"{owner}.drift", "m/s", "rate at which the error grows", NONE, -1.0, 1.0, 1e-6),
-            parameter(f"{owner}.lost", "", "probability of a sample to be lost: the measurement stays as it was", NONE,
+            parameter(f"{owner}.lost", "", "probability that a sample is lost and the last measurement stays", NONE,
                       0.0, 1.0, 0.01),
-            switch(f"{owner}.frozen", "whether the measurement stays as it is", "off"))
+            switch(f"{owner}.frozen", "true to keep the measurement constant", "off"))

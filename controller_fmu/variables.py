@@ -17,7 +17,7 @@ REFUSED_STEP = ("communication step = {step} s, expected one that divides the co
 def axis_inputs(stage: StageDescription, axis: StageAxis) -> tuple[Variable, ...]:
     """Inputs of one controlled axis."""
     return (real_input(f"{axis.name}.reference", axis.unit("m"), f"reference of the {axis.meaning}", 10.0, 0.01),
-            real_input(f"{axis.name}.reference_rate", axis.unit("m/s"), f"rate of the reference of the {axis.meaning}",
+            real_input(f"{axis.name}.reference_rate", axis.unit("m/s"), f"rate of the {axis.meaning} reference",
                        1000.0, 0.1),
             *(() if by_gaps(stage, axis.name) else (measured_axis(axis),)))
 
@@ -50,16 +50,16 @@ def measurements(stage: StageDescription, axis: str) -> tuple[str, ...]:
 def place_parameters(stage: StageDescription) -> tuple[Variable, ...]:
     """Places of the motors on a platform that tilts."""
     first, *others = (axis.name for axis in stage.horizontal)
-    directions = {"x": first, "z": next(iter(others), f"the platform, across {first}")}
+    directions = {"x": first, "z": next(iter(others), f"the platform across {first}")}
     return tuple(parameter(f"{motor}.{spot}", "m",
-                           f"place of the motor along {directions[spot]}, from the centre of mass",
+                           f"position of the motor along {directions[spot]}, from the centre of mass",
                            stage.source(f"motors.{motor}.{spot}"), -10.0, 10.0, 0.1, fixed=True)
                  for motor in stage.motor_names for spot in stage.spots if stage.rotations)
 
 
 def height(stage: StageDescription) -> Variable:
     """Lever of the thrusts."""
-    return parameter("height", "m", "height of the magnets' faces against the centre of mass, downwards",
+    return parameter("height", "m", "distance of the magnets' faces below the centre of mass",
                      stage.source("height"), -1.0, 1.0, 0.1)
 
 
@@ -68,10 +68,10 @@ def platform_parameters(stage: StageDescription) -> tuple[Variable, ...]:
     if not stage.rotations:
         return ()
     axes = (stage.vertical, *stage.horizontal, *stage.rotations)
-    inertias = [parameter(f"{axis.name}.inertia", "kg.m2", f"inertia of the {axis.meaning} in the controller's model",
+    inertias = [parameter(f"{axis.name}.inertia", "kg.m2", f"moment of inertia of the {axis.meaning} in the model",
                           stage.source(f"axes.{axis.name}.mass"), 1e-3, 1e6, 1.0) if axis.rotation else
-                parameter(f"{axis.name}.mass", "kg", f"mass that moves along {axis.name} in the controller's model, at "
-                          "which its constants are accelerations", stage.source(f"axes.{axis.name}.mass"), 1e-3, 1e6,
+                parameter(f"{axis.name}.mass", "kg", f"mass that moves along {axis.name} in the controller's model, "
+                          "for which its motor constants hold", stage.source(f"axes.{axis.name}.mass"), 1e-3, 1e6,
                           1.0)
                 for axis in axes]
     return (*inertias, height(stage), *place_parameters(stage))
@@ -87,7 +87,7 @@ def bad_places(stage: StageDescription) -> str:
 
 def commutation_variables(stage: StageDescription) -> tuple[Variable, ...]:
     """Variables of a commutation without a law, whose current references are inputs."""
-    references = [real_input(f"{motor}.i_{current}_reference", "A", f"{text} current that is asked for", 1000.0, 1.0)
+    references = [real_input(f"{motor}.i_{current}_reference", "A", f"reference of the {text} current", 1000.0, 1.0)
                   for motor in stage.motor_names for current, text in (("d", "direct"), ("q", "quadrature"))]
     return (*(measured_axis(axis) for axis in stage.horizontal),
             *gap_inputs(stage),
@@ -95,7 +95,7 @@ def commutation_variables(stage: StageDescription) -> tuple[Variable, ...]:
             *(v for motor in stage.motors
               for v in motor_outputs(motor.name, (f"{motor.name}.i_d_reference",), (f"{motor.name}.i_q_reference",),
                                      (f"{motor.drives}.measured", *gap_names(stage)))),
-            flag("saturated", "a reference is beyond current_limit", tuple(v.name for v in references)),
+            flag("saturated", "true while a reference exceeds current_limit", tuple(v.name for v in references)),
             *sampling_and_limit(stage.source("sample_time"), "assumed: none, the amplifiers have their own"),
             *((height(stage), *place_parameters(stage)) if stage.rotations else ()))
 
@@ -110,20 +110,20 @@ def motor_outputs(motor: str, d_from: tuple[str, ...], q_from: tuple[str, ...], 
                   ) -> tuple[Variable, ...]:
     """Commands to one motor; the names say which inputs decide i_d, i_q and the commutation."""
     both = tuple(dict.fromkeys((*d_from, *q_from, *displacement)))
-    phases = tuple(real_output(f"{motor}.i_{phase}_cmd", "A", f"command to phase {phase}", 1.0, discrete=True,
+    phases = tuple(real_output(f"{motor}.i_{phase}_cmd", "A", f"commanded current of phase {phase}", 1.0, discrete=True,
                                depends_on=both) for phase in ("a", "b", "c"))
     return (*phases,
-            real_output(f"{motor}.i_d_cmd", "A", "direct current that is commanded, after the limit", 1.0,
+            real_output(f"{motor}.i_d_cmd", "A", "commanded direct current, after the limit", 1.0,
                         discrete=True, depends_on=d_from),
-            real_output(f"{motor}.i_q_cmd", "A", "quadrature current that is commanded, after the limit", 1.0,
+            real_output(f"{motor}.i_q_cmd", "A", "commanded quadrature current, after the limit", 1.0,
                         discrete=True, depends_on=q_from))
 
 
 def flags(inputs: tuple[str, ...]) -> tuple[Variable, ...]:
     """Boolean outputs of a controller with the given inputs."""
-    return (flag("saturated", "a command is at its limit", inputs),
-            flag("feasible", "the demanded acceleration can be made by some current", inputs),
-            flag("tripped", "the safety trip has shut the controller down", inputs))
+    return (flag("saturated", "true while a command is at its limit", inputs),
+            flag("feasible", "true if some current gives the demanded acceleration", inputs),
+            flag("tripped", "true once the safety trip has shut the controller down", inputs))
 
 
 def regulator_gains(stage: StageDescription, of: StageAxis) -> tuple[Variable, ...]:
@@ -131,17 +131,17 @@ def regulator_gains(stage: StageDescription, of: StageAxis) -> tuple[Variable, .
     axis = of.name
     source = stage.source(f"axes.{axis}.design.gains")
     antiwindup_source = stage.source(f"axes.{axis}.design.antiwindup_gain")
-    gains = (("k1", "1/s2", "error"), ("k2", "1/s", "rate of the error"), ("k3", "1/s5", "internal-model state 1"),
-             ("k4", "1/s4", "internal-model state 2"), ("k5", "1/s3", "internal-model state 3"))
+    gains = (("k1", "1/s2", "error"), ("k2", "1/s", "rate of the error"), ("k3", "1/s5", "first internal-model state"),
+             ("k4", "1/s4", "second internal-model state"), ("k5", "1/s3", "third internal-model state"))
     corrected = "rad.m" if of.rotation else "m"
     corrections = (("ec1", f"{corrected}.s2/A"), ("ec2", f"{corrected}.s/A"), ("ec3", f"{corrected}/A"))
     return (*(parameter(f"{axis}.{name}", unit, f"gain of the {what} in (4.16)", source, -ANY_GAIN, ANY_GAIN, 1e3)
               for name, unit, what in gains),
             *(parameter(f"{axis}.{name}", unit, f"anti-windup gain on internal-model state {name[-1]} (5.13)",
                         antiwindup_source, -1e3, 1e3, 1e-4) for name, unit in corrections),
-            parameter(f"{axis}.friction_compensation", of.unit("m/s2"), "acceleration that is demanded in the "
-                      "direction of motion against Coulomb friction; 0 = off", "assumed: off; tried on p. 59", 0.0,
-                      100.0, 1.0))
+            parameter(f"{axis}.friction_compensation", of.unit("m/s2"), "acceleration added in the direction of "
+                      "motion to compensate Coulomb friction; 0 = off", "assumed: off; tried on p. 59", 0.0, 100.0,
+                      1.0))
 
 
 def ports(stage: StageDescription, by_all: bool = False, by_gap: bool = False) -> tuple[Variable, ...]:
@@ -184,16 +184,16 @@ def loop_parameters(stage: StageDescription, limit_source: str) -> tuple[Variabl
     """Parameters that every controller with a law has."""
     return (*sampling_and_limit(stage.source("sample_time"), limit_source),
             *observer_times(),
-            parameter("trip_error", "m", "tracking error that trips the controller; 0 = never",
+            parameter("trip_error", "m", "tracking error above which the controller trips; 0 = never",
                       TRIP, 0.0, 1.0, 1e-3),
-            *((parameter("trip_tilt", "rad", "error of a tilt that trips the controller; 0 = never", TRIP, 0.0, 1.0,
+            *((parameter("trip_tilt", "rad", "tilt error above which the controller trips; 0 = never", TRIP, 0.0, 1.0,
                          1e-3),) if stage.rotations else ()))
 
 
 def sampling_and_limit(sample_time_source: str, limit_source: str) -> tuple[Variable, ...]:
     """Parameters of the sampling and of the limit of commanded currents."""
     return (sample_time(sample_time_source),
-            parameter("current_limit", "A", "limit on i_d and i_q commands; 0 = none", limit_source,
+            parameter("current_limit", "A", "limit of the commanded i_d and i_q; 0 = no limit", limit_source,
                       0.0, 1000.0, 1.0))
 
 
@@ -212,28 +212,28 @@ def observer_times() -> tuple[Variable, ...]:
 
 def internal_model_parameters(antiwindup_source: str) -> tuple[Variable, ...]:
     """Parameters of the internal models of an output regulator."""
-    return (parameter("omega0", "rad/s", "frequency of the sinusoids that are tracked",
-                      "corrected: 1.5 pi for every experiment, by which the printed gains have the printed poles",
+    return (parameter("omega0", "rad/s", "frequency of the sinusoids that the regulator can track",
+                      "corrected: 1.5 pi for every experiment, which gives the printed gains the printed poles",
                       0.0, 1e3, 1.0, fixed=True),
-            switch("antiwindup", "correct the internal models while a command is limited", antiwindup_source))
+            switch("antiwindup", "true to correct the internal models while a command is limited", antiwindup_source))
 
 
 def integral_hold() -> Variable:
     """Antiwindup of a PID."""
-    return switch("antiwindup", "hold an axis's integral while its command is limited",
-                  "assumed: the thesis uses none with the PID")
+    return switch("antiwindup", "true to stop the integral of an axis while its command is limited",
+                  "assumed: the thesis has no anti-windup for the PID")
 
 
 def setpoint(stage: StageDescription, use: str, source: str) -> Variable:
     """Air gap about which a controller takes the motor as linear."""
     field = stage.motor().field
-    return parameter("setpoint", "m", f"air gap about which {use}", source, field.lower, field.upper, 0.01, fixed=True)
+    return parameter("setpoint", "m", f"air gap at which {use}", source, field.lower, field.upper, 0.01, fixed=True)
 
 
 def bumpless_start() -> Variable:
     """How a linear regulator starts."""
-    return switch("bumpless", "start with the current that holds the mover where it is; if false, with the one that "
-                  "holds it at setpoint, fed forward, and no integral of an error",
+    return switch("bumpless", "true to start with the current that holds the mover at its initial position; false to "
+                  "start with the current that holds it at setpoint, and with no integral of the error",
                   "assumed: the thesis does not say how its runs start", fixed=True)
 
 
@@ -244,10 +244,10 @@ def pid_parameters(of: StageAxis) -> tuple[Variable, ...]:
     gains = zip(("kp", "ki", "kd"), units, ("error", "integral of the error", "rate of the error"), strict=True)
     poles = (("pole", "real pole", -1e4, -1e-3), ("pair_real", "real part of the pair of poles", -1e4, -1e-3),
              ("pair_imaginary", "imaginary part of the pair of poles", 0.0, 1e4))
-    return (*(parameter(f"{axis}.{name}", unit, f"gain of the {what}; while the three gains are as they start, they "
-                        "are designed at the initialization", "assumed: by pole placement, the thesis prints none",
+    return (*(parameter(f"{axis}.{name}", unit, f"gain of the {what}; designed from the poles at the initialization "
+                        "unless a gain is set", "assumed: by pole placement, the thesis prints no gains",
                         -ANY_GAIN, ANY_GAIN, 1e3) for name, unit, what in gains),
-            *(parameter(f"{axis}.{name}", "rad/s", f"{meaning} of the design", "assumed", low, high, 10.0, fixed=True)
-              for name, meaning, low, high in poles),
+            *(parameter(f"{axis}.{name}", "rad/s", f"{meaning} of the gain design", "assumed", low, high, 10.0,
+                        fixed=True) for name, meaning, low, high in poles),
             parameter(f"{axis}.prefilter", "rad/s", "corner frequency of the reference pre-filter; 0 = off",
                       "assumed: off for steps and tracking", 0.0, 1e4, 10.0, fixed=True))

@@ -94,8 +94,8 @@ def motor_states(stage: StageDescription, motor: StageMotor) -> tuple[tuple[Stat
         variables += [rate(current, "A/s", 1e3),
                       local(heat, "A2", f"low-passed square of the current of phase {phase}", 1.0),
                       rate(heat, "A2/s", 1.0),
-                      local(f"{part}.margin", "", "what the clamp (A) or the bus (V) leaves; an event where it gets "
-                            "negative", 1.0)]
+                      local(f"{part}.margin", "", "margin to the clamp (A) or to bus_voltage (V); an event where it "
+                            "becomes negative", 1.0)]
         states += [State(current, f"der({current})", unique((current, heat, command, *induced(stage, motor))),
                          jumps=True),
                    State(heat, f"der({heat})", (heat, command, current))]
@@ -119,7 +119,7 @@ def margins(stage: StageDescription, motor: StageMotor) -> dict[str, tuple[str, 
 
 def stop_ways(owner: str) -> tuple[Variable, ...]:
     """Ways to the stops of an axis or a motor, which change their sign where it meets or leaves them."""
-    return tuple(local(f"{owner}.stop.to_{side}", "m", f"way to the {side} end stop, 1 if there is none; an event at 0",
+    return tuple(local(f"{owner}.stop.to_{side}", "m", f"distance to the {side} end stop, 1 without a stop; event at 0",
                        0.01) for side in ("lower", "upper"))
 
 

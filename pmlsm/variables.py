@@ -22,14 +22,14 @@ GEOMETRY = {
     "slot_pitch": ("m", "pitch t1 of the slots", STATED, 1e-4, 1.0),
     "pole_pitch": ("m", "pole pitch τ", STATED, 1e-3, 1.0),
     "magnet_height": ("m", "height hm of the magnets", STATED, 1e-5, 0.1),
-    "recoil_permeability": ("", "recoil permeability µrec of the magnets, relative", "assumed", 0.1, 100.0),
-    "field.lower": ("m", "smallest air gap of the field's polynomial; smaller ones count as this", "assumed", 1e-4,
+    "recoil_permeability": ("", "relative recoil permeability µrec of the magnets", "assumed", 0.1, 100.0),
+    "field.lower": ("m", "smallest air gap of the field's polynomial, also used for smaller gaps", "assumed", 1e-4,
                     0.1),
-    "field.upper": ("m", "largest air gap of the field's polynomial; larger ones count as this", "assumed", 1e-4,
+    "field.upper": ("m", "largest air gap of the field's polynomial, also used for larger gaps", "assumed", 1e-4,
                     0.1),
     "field.centre": ("m", "air gap at which s = 0 in the field's polynomial, the sum of B_k s^k", "assumed", 0.0, 0.1),
     "field.scale": ("m", "distance from the centre to s = 1", "assumed", 1e-4, 1.0),
-    **{f"field.B{k}": ("T", f"coefficient of s^{k} in the field B over the air gap",
+    **{f"field.B{k}": ("T", f"coefficient of s^{k} in the polynomial of the field B",
                        "assumed: fitted to the thesis's figures", -10.0, 10.0) for k in range(13)}}
 
 
@@ -41,8 +41,8 @@ def motor_geometry(stage: StageDescription, *ratios: str) -> tuple[Variable, ...
     collected = [*geometry("", "", stage.geometry, stage)]
     for motor in stage.unlike:
         name, of = motor.name, motor.kind.geometry if motor.kind is not None else {}
-        collected += [replace(parameter(f"{name}.{ratio}_ratio", "", f"{RATIOS[ratio]} of {name}, by that of the "
-                                        "motors that are like each other", stage.source(f"motors.{name}"),
+        collected += [replace(parameter(f"{name}.{ratio}_ratio", "", f"ratio of the {RATIOS[ratio]} of {name} to "
+                                        "that of the ordinary motors", stage.source(f"motors.{name}"),
                                         1e-6, 1e6, 1.0),
                               path=f"{name}_ratio.{ratio}") for ratio in ratios]
         collected += geometry(f"{name}.", f"{name}_", of, stage)
