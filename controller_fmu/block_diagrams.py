@@ -12,7 +12,7 @@ def regulator(law: str) -> str:
     by_gap = "" if law == "linear" else arrow([(RAIL, 297), (235, 297)]) + words(285, 290, "gap", "small")
     return sketch(
         "Block diagram: the error drives an internal model; a state feedback of error, its rate and the model's states "
-        "demands an acceleration; the motor's linearisation makes currents of it, which are limited and commutated. "
+        "demands an acceleration; the motor's linearisation converts it to currents, which are limited and commutated. "
         "The part beyond the limit is fed back to the internal model.",
         picture(
             535, symbol(60, 16, "r"), arrow([(60, 22), (60, 51)]), junction(60, 60), arrow([(RAIL, 60), (69, 60)]),
@@ -31,8 +31,8 @@ def regulator(law: str) -> str:
 def pid() -> str:
     """PID on the currents."""
     return sketch(
-        "Block diagram: the reference behind its pre-filter is compared with the measurement; a PID on the error and "
-        "its rate makes currents, which are limited and commutated.",
+        "Block diagram: the filtered reference is compared with the measurement; a PID on the error and its rate "
+        "commands currents, which are limited and commutated.",
         picture(
             445, symbol(60, 16, "r"), arrow([(60, 22), (60, 40)]), box(10, 40, 100, 50, "pre-filter", "$ω$"),
             arrow([(60, 90), (60, 121)]), symbol(74, 105, "r_f"), junction(60, 130), arrow([(RAIL, 130), (69, 130)]),
@@ -46,17 +46,17 @@ def pid() -> str:
 def commutation() -> str:
     """Commutation alone."""
     return sketch(
-        "Block diagram: the direct and quadrature currents are limited; the commutation makes phase currents of them "
-        "at the measured displacement.",
+        "Block diagram: the direct and quadrature currents are limited; the commutation converts them to phase "
+        "currents at the measured displacement.",
         picture(225, limit_and_commutation(105, 10), measured_inputs(152)))
 
 
 def own_class(sampled: int) -> str:
-    """A class of which its inputs and outputs are known, and whether it has samples, 1, or not, 0."""
-    when, said = (("every sample_time", "at every sample the class computes its outputs from its inputs; they hold in "
-                                        "between") if sampled else
+    """Draw a class with inputs and outputs, which is sampled (1) or not (0)."""
+    when, said = (("every sample_time", "at every sample the class computes its outputs from its inputs; they are "
+                                        "constant between samples") if sampled else
                   ("every communication step",
-                   "in every communication step the class continues by it, its inputs held"))
+                   "in every communication step the class advances by it with constant inputs"))
     return sketch(
         f"Block diagram: {said}.",
         picture(165, words(125, 16, "inputs"), arrow([(125, 22), (125, 50)]),

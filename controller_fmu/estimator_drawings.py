@@ -18,14 +18,14 @@ def icon(axes: int) -> tuple[Shape, ...]:
 def block_diagram() -> str:
     """From measured positions and delivered currents to the constants."""
     return sketch(
-        "Block diagram: of the measured positions the velocity filter makes y; with the delivered currents they give "
-        "the rows A and b; the estimator follows the constants C with a gain from its weight Σ.",
+        "Block diagram: the velocity filter computes y from the measured positions; positions and delivered currents "
+        "give the rows A and b; the estimator follows the constants C with a gain from its weight Σ.",
         picture(402, words(75, 16, "measured"), arrow([(75, 22), (75, 60)]),
                 box(10, 60, 130, 50, "velocity filter", "$T_1, T_2$"), arrow([(75, 110), (75, 260)]),
                 symbol(62, 180, "y"), line([(75, 40), (215, 40)]), arrow([(215, 40), (215, 60)]),
                 symbol(275, 16, "i_d, i_q"), arrow([(275, 22), (275, 60)]),
                 box(180, 60, 130, 60, "rows by", "$f_1 … f_4$"), arrow([(245, 120), (245, 160)]),
-                symbol(264, 144, "A, b"), box(180, 160, 130, 50, "matched filter", "(can be on)"),
+                symbol(264, 144, "A, b"), box(180, 160, 130, 50, "matched filter", "(optional)"),
                 arrow([(245, 210), (245, 260)]),
                 box(10, 260, 300, 80, "estimator (3.8)", "$ε Σ Ĉ′ = Aᵀ (y − x̂)$", "$Σ′ = AᵀA − Q / γ²$"),
                 arrow([(160, 340), (160, 376)]), symbol(160, 395, "C_1 …"), width=320))

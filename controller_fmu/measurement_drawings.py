@@ -20,10 +20,10 @@ def block_diagram() -> str:
     """Draw the way from the encoder to the controller."""
     return sketch(
         "Block diagram: each encoder is read with a delay and jitter; the interpolation error, offset, drift and noise "
-        "are added; a sample that is lost, or a frozen encoder, leaves the measurement as it was.",
+        "are added; after a lost sample, or from a frozen encoder, the measurement does not change.",
         picture(374, words(115, 16, "encoder"), arrow([(115, 22), (115, 46)]),
                 box(50, 46, 130, 56, "delay, jitter", "$t_k − τ − j u_k$"), arrow([(115, 102), (115, 136)]),
                 symbol(126, 124, "q"),
                 box(10, 136, 210, 80, "interpolation error", "$+ A sin(2π q/p)$", "offset, drift, noise"),
-                arrow([(115, 216), (115, 250)]), box(50, 250, 130, 56, "lost or frozen:", "as before"),
+                arrow([(115, 216), (115, 250)]), box(50, 250, 130, 56, "lost or frozen:", "no change"),
                 arrow([(115, 306), (115, 342)]), words(115, 362, "measured"), width=230))

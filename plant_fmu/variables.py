@@ -143,7 +143,7 @@ def platform_variables(stage: StageDescription) -> tuple[Variable, ...]:
     """Variables of a tilting platform next to those of axes and motors: an output, then parameters."""
     yaw = f"moment of the motors about {stage.vertical.name}, which the guides take up"
     guides = [v for axis in stage.rotations for v in (
-        parameter(f"{axis.name}.guide.stiffness", "N.m/rad", f"stiffness of the guides against {axis.name}; 0 = no guides",
+        parameter(f"{axis.name}.guide.stiffness", "N.m/rad", f"stiffness of the guides against {axis.name}; 0 = off",
                   NONE, 0.0, 1e6, 1e3),
         parameter(f"{axis.name}.guide.play", "rad", f"{axis.meaning} in either direction before the guides act", NONE,
                   0.0, 1.0, 1e-3))]
