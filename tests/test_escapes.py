@@ -39,7 +39,7 @@ from maglev.many.tuning_file import TuneFile
 from maglev.many.tuning_search import SearchResult, gains_toml
 from maglev.pages.run_text import claims_markdown, curves_csv, run_text
 from maglev.pages.study_page import study_page
-from maglev.pages.study_text import show_study
+from maglev.pages.study_terminal import show_study
 from maglev.scenario.loading import load_plan
 from maglev.scenario.run_plan import Event
 from maglev.user.new_controller import new_controller, new_plant

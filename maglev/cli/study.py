@@ -77,7 +77,7 @@ def read_vary(words: list[str]) -> dict[str, str]:
 
 def write_and_print(study: "maglev.Study") -> None:
     """Write the page, and print what the study found; exits with 2 if no sample came to its end."""
-    from maglev.pages.study_text import show_study
+    from maglev.pages.study_terminal import show_study
 
     table = study.to_arrow()
     show_study(report_console(), table, study.about)

@@ -128,7 +128,7 @@ def require_disk(study: StudyFile, out: Path, needed: float, count: int) -> None
 def about(study: StudyFile, job: Job, experiment: Experiment, run: Mapping[str, Any], count: int) -> dict[str, Any]:
     """Return the metadata of the dataset; the same for the same study, however it was run."""
     provenance = {key: value for key, value in experiment.provenance().as_data().items() if key != "command"}
-    return {"name": study.name, "title": study.title or f"{study.scenario}: {count:,} samples",
+    return {"name": study.name, "title": study.title or experiment.plan.title,
             "description": study.description, "key": job.key, "samples": count,
             "design": study.design.model_dump(), "correlated": [group.of for group in study.correlated],
             "scenario": experiment.plan.name, "provenance": provenance, "run": run,

@@ -3,13 +3,12 @@
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from maglev.pages.figures import Panel, needed_columns, shown_by
+from maglev.pages.figures import Panel, needed_columns, run_colours, shown_by
 from maglev.pages.panels import PANELS
 from maglev.runs.execution import RunResult
 from maglev.scenario.run_plan import RunPlan
 
 DASHES = ("solid", "dash", "dashdotdot", "long")   # of runs, in turn; references and limits have others
-HUES = 5                                       # of runs that have no colour of their controller
 CURRENTS = {"commands": ("direct", "quadrature"), "currents": ("phase-0", "phase-1", "phase-2")}   # colours, in turn
 
 
@@ -36,18 +35,19 @@ class Level(NamedTuple):
 
 def panel_lines(panel: Panel, runs: Mapping[str, RunResult], colours: Mapping[str, int] | None = None
                 ) -> Iterator[Line]:
-    """Lines of recorded runs, by label; `colours` are numbers of those of their controllers.
+    """Lines of recorded runs, by label, in the colours of their controllers; `colours` are those of more runs.
 
-    The reference is drawn once, of the run that was recorded longest. Currents of one run have a colour each, those of
-    several the colour of their run.
+    The reference is drawn once, of the run that was recorded longest. Currents have a colour each or, of several runs
+    in the same colours as other panels, that of their run.
     """
     kind, of = panel
     having = [label for label, run in runs.items() if of in shown_by(run, kind)]
     if kind == "position" and having:
         longest = max(having, key=lambda label: float(runs[label].time[-1]))
         yield Line(longest, runs[longest].plan.axes[of].reference, "reference", "reference", "dot")
+    numbers = run_colours(runs) if colours is None else colours
     for k, (label, run) in enumerate(runs.items()):
-        css = f"run-{k % HUES if colours is None else colours[label]}"
+        css = f"run-{numbers[label]}"
         dash = DASHES[k % len(DASHES)]
         if label not in having:
             continue

@@ -24,7 +24,7 @@ from maglev.pages.outcome_map import OUTCOMES, map_of
 from maglev.pages.report_page import STYLE, json_in_html, read
 from maglev.pages.sample_commands import command_of, dataset_run, row_link, settings_of_sample, why_no_replay
 from maglev.pages.study_text import QUANTILES, beyond_limits, counted, limits_text, metrics_of, quantiles, units_of
-from maglev.pages.study_verdict import decisive_metric, study_verdict, telling, where
+from maglev.pages.study_verdict import answer, decisive_metric, question, study_verdict, telling, where
 from maglev.pages.varied import varied_of
 from maglev.runs.endings import COMPLETED, cause, severity
 from maglev.scenario.quantities import metric_text, shown_in
@@ -46,17 +46,19 @@ def study_page(table: pa.Table, about: Mapping[str, Any], live: bool = False) ->
     count = table.num_rows
     drawn = np.unique(np.linspace(0, count - 1, min(count, MOST_DRAWN)).astype(int))
     metrics = [(name, unit) for name, unit, values in metrics_of(table) if varies(values)]
-    provenance, said, mapped = about["provenance"], study_verdict(table, about), map_of(table, about)
+    provenance, mapped = about["provenance"], map_of(table, about)
     # The share of samples that pass is seen in the map, where there is one.
     shares = count > 1 and not mapped and not all(table["passed"].to_pylist())
     shown = data(table, about, metrics, drawn, shares, mapped) | {"card": card_data(table, about, drawn, live)}
     html, css, *own = map(own_text, OWN)
+    passing, reasons = answer(table, about)
     return shell.page(
-        "study", f"{escape(about['name'])}: a study", said, STYLE + css, html,
+        "study", f"{escape(about['name'])}: a study", typeset(f"{passing}{reasons} {question(table, about)}"),
+        STYLE + css, html,
         name=escape(about["name"]), subject=escape(about["title"]), description=escape(about["description"]),
         design=f"Scenario {escape(about['scenario'])}; {design_text(about)}."
                + (f" Drawn are {len(drawn):,} samples." if len(drawn) < count else ""),
-        verdict=said, where=where(table, about),
+        verdict=study_verdict(table, about), where=where(table, about),
         heading="Where it holds, and where it breaks" if 0 < sum(table["passed"].to_pylist()) < count else
                 "What it changes" if count > 1 else "What was run",
         maps='<div id="maps" data-maps="study"></div>' if mapped else "",

@@ -81,16 +81,23 @@ def question(table: pa.Table, about: Mapping[str, Any]) -> str:
     return f"Does {about['scenario']} {wanted} with {' and '.join([*varied, *more])}?"
 
 
-def study_verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """Return the question, the number of samples that pass, and the reasons why others fail; HTML."""
+def answer(table: pa.Table, about: Mapping[str, Any]) -> tuple[str, str]:
+    """Return how many samples pass, and the reasons why others fail or the metric nearest to its limit; text."""
     passed, reasons = np.array(table["passed"].to_pylist()), failing(table, about)
     share, name = nearest_to_limit(table, about)
-    failing_ones = "the others fail" if passed.any() else "it fails" if len(passed) == 1 else "all fail"
-    said = (f": {failing_ones} by{f' {escape(reasons[0][1])}.' if len(reasons) == 1 else ''}" if reasons else
-            f"; {escape(name)} comes nearest to its limit: {100.0 * share:.0f} % of it." if name else ".")
-    parts = "".join(f"<li>{failed.sum()} by {escape(why)}</li>" for _, why, failed in reasons)
-    return (f'<p class="message">{typeset(question(table, about))} <strong>{passing_text(passed.sum(), len(passed))}'
-            f"</strong>{said}</p>" + (f"<ul>{parts}</ul>" if len(reasons) > 1 else ""))
+    said = f"; {name} comes nearest to its limit: {100.0 * share:.0f} % of it." if name else "."
+    if reasons:
+        whose = "the others fail" if passed.any() else "it fails" if len(passed) == 1 else "all fail"
+        parts = [f"{failed.sum():,} by {why}" for _, why, failed in reasons]
+        said = f": {whose} by {reasons[0][1]}." if len(parts) == 1 else f": {whose}, {', '.join(parts)}."
+    return passing_text(passed.sum(), len(passed)), said
+
+
+def study_verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
+    """Return the question of a study and its answer; HTML."""
+    passing, said = answer(table, about)
+    return (f'<p class="message">{typeset(question(table, about))} <strong>{escape(passing)}</strong>'
+            f"{typeset(said)}</p>")
 
 
 def where(table: pa.Table, about: Mapping[str, Any]) -> str:

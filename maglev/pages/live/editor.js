@@ -59,8 +59,7 @@ async function buildEditor() {
     docChanged ? shown.map(changes) : shown),
     provide: (field) => EditorView.decorations.from(field),
   });
-  const style = CodeMirror.HighlightStyle.define([{ tag: tags.keyword, class: "cm-k" }, { tag: tags.comment, class: "cm-c" },
-    { tag: [tags.string, tags.number], class: "cm-n" }]);
+  const style = CodeMirror.HighlightStyle.define([{ tag: tags.keyword, class: "cm-k" }, { tag: tags.comment, class: "cm-c" }]);
   const run = { key: "Mod-Enter", run: () => { runLaw(); return true; } };
   editor.view = new EditorView({ parent: at("law"), state: EditorState.create({ doc: editor.field.value, extensions: [
     CodeMirror.keymap.of([run, ...CodeMirror.defaultKeymap, ...CodeMirror.historyKeymap]), CodeMirror.lineNumbers(), CodeMirror.history(),

@@ -2,7 +2,7 @@
 // Moving picture of the main runs, or of runs beside each other: choice of run, play and pause, place in time, speed.
 {
   const player = document.getElementById("player");
-  const ABOUT = "As on the live page: the stage in space, of one run with coils orange by their current, and next to it the air gap, larger, with its "
+  const ABOUT = "As on the live page: the stage in space, of one run with coils yellow by their current, and next to it the air gap, larger, with its "
     + "stops, each platform in the colour of its controller. The dashed outline is the reference; tilts are drawn five times as large.";
 
   function labelled(text, name, attributes, parent) {
@@ -22,7 +22,7 @@
     const peak = Object.values(motors).flatMap(({ currents }) => currents).flatMap((signal) => ready[first][signal]?.values ?? [])
       .reduce((most, value) => Math.max(most, Math.abs(value)), 0.1);
     return (time, printed) => {
-      const colours = sceneColours(stage.axes, printed);
+      const colours = sceneColours([], printed);
       const drawn = runs.map(({ run, label, css }) => ({ row: rowAt(report.runs[run], run, time), name: label, colour: colours[css] }));
       window.maglevReport.views = { ...drawScene(canvas, stage, drawn, { orbit: SHOTS.space, ends: stage.stage.room.ends, peak }, colours), drawn };
     };

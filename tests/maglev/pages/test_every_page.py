@@ -169,7 +169,7 @@ def test_a_phone_shows_the_table_of_a_comparison_whole(browser, tmp_path: Path) 
                      ["PID3DOF", "22 µm", False, True], ["the next is", "4.2 times", False, True]]
 
 
-def test_a_comparison_begins_with_its_verdict_and_has_one_legend(browser, pages: Path) -> None:
+def test_a_comparison_begins_with_its_verdict_and_its_sections_have_one_legend(browser, pages: Path) -> None:
     """Then the table, next to it the stages moving in one picture, and plots: a run has one colour and one dash."""
     tab = Tab(browser, pages / "compare.html", reduced_motion="reduce")
     tab.evaluate("maglevReport.drawAll()")
@@ -181,7 +181,8 @@ def test_a_comparison_begins_with_its_verdict_and_has_one_legend(browser, pages:
     assert table["x"] + table["width"] < stage["x"] and stage["y"] + stage["height"] < DESKTOP["height"]
     assert tab.page.inner_text(".message") == unbroken(
         "nonlinear is better in 2 of 2 rows about axes (most in rms error of v, 10 µm against 20 µm).")
-    assert tab.page.locator("#legend button").all_text_contents() == ["linear", "nonlinear"]
+    assert [legend.locator("button").all_text_contents() for legend in tab.page.locator("[data-legend]").all()] == 2 * [
+        ["linear", "nonlinear"]]
     assert tab.page.locator(".panel .legend button").count() == 0
     looks, legend = tab.evaluate("""(() => {
         const look = ({ style }) => `${style.stroke}; ${style.strokeDasharray.replaceAll("px", "")}`;

@@ -149,10 +149,12 @@ async function showFrictionless(id, shown) {
   await draw(id);
 }
 
-/** Fill the legend of all plots: their runs, which a click hides, and what panels mark. */
+/** Fill the legends of all plots: their runs, which a click hides; the first says what panels mark, too. */
 function fillLegend({ runs }) {
-  runs.forEach(({ label: name, css }, r) => entry(legendOfAll, { name, css, dash: RUN_DASHES[r % RUN_DASHES.length] },
-    () => hide(hiddenInAll, name, document, Object.values(plots))));
+  for (const list of document.querySelectorAll("[data-legend]")) {
+    runs.forEach(({ label: name, css }, r) => entry(list, { name, css, dash: RUN_DASHES[r % RUN_DASHES.length] },
+      () => hide(hiddenInAll, name, document, Object.values(plots))));
+  }
   for (const note of [...Object.entries(MARKED).map(([name, look]) => ({ name, ...look })), ...instantsOf(runs)]) entry(legendOfAll, note);
 }
 if (legendOfAll) Object.values(report.figures).slice(0, 1).forEach(fillLegend);
