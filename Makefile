@@ -6,8 +6,9 @@ BIN = .venv/bin
 NATIVE_TOOLS = $(BIN)/python -c "import ziglang" 2>/dev/null
 # Tests start hundreds of processes: each would compile all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
-# Packages by uv, in a quarter of pip's time, from the index and within the constraints that pip is told of; where it cannot,
-# by pip, which says why. A newer pip passes on what the tools of a build warn of. A comma is written +, for make calls with commas.
+# Packages by uv, in a quarter of pip's time, from pip's index and within pip's constraints. Where uv cannot, pip
+# installs, and says why it failed. A newer pip repeats the warnings of build tools. A comma is written +, for make
+# calls with commas.
 comma := ,
 PIP = PYTHONWARNINGS=ignore $(BIN)/python -m pip
 UV = UV_DEFAULT_INDEX="$${UV_DEFAULT_INDEX:-$${PIP_INDEX_URL:-$$($(PIP) config get global.index-url 2> /dev/null)}}" \
@@ -80,7 +81,7 @@ tests: .venv/.test
 	@$(BIN)/python -m pytest --collect-only -m "not thorough" > /dev/null || :   # what is wrong is said below
 	$(BIN)/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder --durations=25 -m "not thorough" --fmus=.venv/fmus
 
-# The tests that take long of what seldom changes, and the types of all tests.
+# Long tests of parts that seldom change, and the types of all tests.
 thorough: .venv/.test
 	$(BIN)/mypy tests
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m thorough
@@ -89,8 +90,8 @@ thorough: .venv/.test
 quick: .venv/.test
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m quick
 
-# Every run against its baseline. The native FMUs take a third of the time, and the tests compare both kinds bit for bit; but
-# what they need may not exist for this machine.
+# Every run against its baseline. The native FMUs take a third of the time, and the tests compare both kinds bit for
+# bit. Some machines cannot build native FMUs.
 check-all: .venv/.test
 	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev build --kind native --target host --fmus .venv/fmus; \
 		else set -x; $(BIN)/maglev build --fmus .venv/fmus/python; fi
@@ -123,8 +124,8 @@ lock: .venv/.test
 		> constraints.new
 	mv constraints.new constraints.txt
 
-# All that a version ships, into dist: wheel, FMUs for all platforms, site, checksums, provenance. In a fresh clone with the
-# locked tools, which is what makes checksums of two machines the same.
+# Everything that a version ships, into dist: wheel, FMUs for all platforms, site, checksums, provenance. The checksums
+# of two machines are equal if both use a fresh clone with the locked tools.
 release: export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 release: docs .venv/.test
 	$(BIN)/python tools/release.py
@@ -144,11 +145,12 @@ pages: .venv/.test
 pace: pages
 	$(BIN)/python tools/pages/pace.py
 
-# What the check would miss: one line of the blocks changed at a time. It takes half an hour.
+# Mutants that `maglev check` does not notice: one line of the blocks changed at a time. It takes half an hour.
 mutants: .venv/.test
 	$(BIN)/python tools/mutants.py
 
-# What its quick tests would miss in the tool that judges and compares: one expression changed at a time; survivors are listed.
+# Mutants, in the code that judges and compares, that its quick tests do not notice: one expression changed at a time.
+# Survivors are listed.
 mutants-tool: .venv/.test
 	$(call install,mutmut==3.8.1)
 	@mkdir -p results
@@ -175,7 +177,7 @@ clean:
 	@$(call install,--editable '.[report]')
 	@touch $@
 
-# At once, which takes half the time; where pip cannot, what it can.
+# All extras at once, which takes half the time; if pip cannot install them, as many as it can.
 .venv/.test: .venv/.venv pyproject.toml
 	@echo installing packages into .venv
 	@$(call install,--editable '.[report+test+native+interop]') || { $(call install,--editable '.[report+test]') \

@@ -16,7 +16,7 @@ require_own_packages()
 
 from maglev.descriptions.packaged import PACKAGED_STAGES  # noqa: E402  # ours, as is known now
 
-# The environments end their episodes themselves, by a time in seconds. What the checker looks at, tests look at.
+# The environments end their episodes themselves, by a time in seconds. Tests do the work of gymnasium's checker.
 for suffix, given in (("", {}), *((stage.suffix, {"stage": stage.name}) for stage in PACKAGED_STAGES.values())):
     register(f"maglev/Stage{suffix}-v0", entry_point="maglev.many.environment:StageEnv",
              vector_entry_point="maglev.many.vector_environment:StageVectorEnv", kwargs=given)

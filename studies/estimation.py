@@ -152,7 +152,8 @@ def residual(result: ClaimResult, largest: float) -> float:
         if claim.relation == "about":
             last = math.floor(math.log10(abs(target))) - (claim.digits or 1) + 1 if target else -math.inf   # digit
             missed = (float(measured) - target) / max(SHARE * abs(target), 0.5 * 10.0**last)
-    # What never happens has no distance: whether a mover comes to rest in a band of 10 µm is decided by the last bits.
+    # An event that never happens has no distance: whether a mover comes to rest in a band of 10 µm is decided by the
+    # last bits.
     return largest * math.tanh(missed / largest) if math.isfinite(missed) else math.copysign(1.0, missed)
 
 

@@ -52,7 +52,7 @@ LOWER, UPPER = 18.5e-3, 30.0e-3   # m: the stop, and the last gap at which 4 A h
 LAG = 0.4e-3                      # s: of the amplifiers, and half a sample for the hold
 CLOSE = 1e-14                     # of an arctangent, how nearly a float is
 PARTS = 20                        # of a cell, whose intervals are joined
-ROOM = Fraction(9, 10)            # of the decay that the solver is asked for, what is verified
+ROOM = Fraction(9, 10)            # share of the solver's decay that is verified
 STATES = ("e", "v", "b", "l", "v̂", "w", "ξ2", "ξ3")
 WEIGHTS = (1e6, 1e3, 1.0, 1e6, 1e3, 1.0, 1e4, 1e3)   # of their squares, for the solver
 RUNS, GROUP = Path(__file__).with_suffix(".toml"), 2500   # runs of a group
@@ -67,7 +67,7 @@ class Loop(NamedTuple):
 
     file: Path
     regulator: Callable[[int], Any]
-    matrix: Callable[..., list[list[Any]]]   # of the regulator, what has bounds, in their order, and the gap's rate
+    matrix: Callable[..., list[list[Any]]]   # of the regulator, the bounded values, in their order, and the gap's rate
     bounds: Callable[[Any, int, float, float], Box]
     middle: tuple[float, ...]
 
@@ -231,7 +231,7 @@ def find(loop: Loop, rate: float, decay: float) -> dict[str, Any]:
     problem = cvxpy.Problem(cvxpy.Minimize(largest), constraints)
     for tolerance in TOLERANCES:
         with suppress(cvxpy.SolverError), warnings.catch_warnings():
-            warnings.simplefilter("ignore")   # that it may be inaccurate: what it gives is verified
+            warnings.simplefilter("ignore")   # that it may be inaccurate: its results are verified
             problem.solve(solver=cvxpy.CLARABEL, tol_gap_abs=tolerance, tol_gap_rel=tolerance, tol_feas=tolerance,
                           accept_unknown=True)
             if P[0].value is not None:

@@ -86,7 +86,7 @@ def write_picture(path: Path, title: str, maps: Sequence[Sequence[LawMap]], outc
             axes.set_yticks(np.arange(len(down.values)) + 0.5, down.values.tolist(), fontsize=7)
             axes.tick_params(length=0)
             axes.set_xlabel(f"{along.name}, {along.unit}", fontsize=8)
-        # What two sides are about, which some headings begin with, stands at the sides.
+        # Words that two sides share, with which some headings begin, are at the sides.
         places[0].set_ylabel(f"{layers.values[k].rpartition(', ')[2]}\n{down.name}, {down.unit}", fontsize=9)
     for law, axes in zip(maps[0], grid[0], strict=True):
         axes.set_title(law.name)

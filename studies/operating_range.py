@@ -53,7 +53,7 @@ def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: Bools) -> Outcomes:
     near = np.all([values <= NEAR for name, values in columns.items() if name.startswith("end error of ")],
                   axis=0)
     tripped, touched = (np.isfinite(columns[name]) for name in ("trip time", "stop contact time"))
-    # A trip lets the mover fall on a stop, and what lies on a stop is at its limit: the first cause counts.
+    # A trip lets the mover fall on a stop, and a mover on a stop is at its limit: the first cause counts.
     return np.select([tripped, near & ~touched, near, touched, at_limit], [TRIPPED, SETTLED, RECOVERED, STOPPED,
                                                                            LIMITED], ASTRAY).astype(np.uint8)
 
@@ -72,7 +72,7 @@ def read_outcomes(path: Path) -> tuple[dict[str, Array], Outcomes]:
     at_limit = np.zeros(len(samples), dtype=np.bool_)
     at_limit[rows["sample"].to_numpy()[beyond]] = True
     what = next(name for name in STEPS if name in columns)
-    # Samples of a grid stand in the order of what varies. Nine digits read as they were set.
+    # Samples of a grid are in the order of the varied quantities. Nine digits are as they were set.
     varied = {name: np.unique(columns[name]).round(9) for name in ("initial gap", "target gap", what, "constants")}
     ends = outcomes(columns, at_limit).reshape([len(values) for values in varied.values()])
     return {name: varied[name] for name in (what, "constants", "initial gap", "target gap")}, ends.transpose(2, 3, 0, 1)

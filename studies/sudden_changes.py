@@ -180,7 +180,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("results"))
     parser.add_argument("--picture", type=Path, default=Path("docs/sudden_changes.png"))
     options = parser.parse_args()
-    # What is about adaptation is compared with the fixed law alone.
+    # Questions about adaptation are compared with the fixed law alone.
     found = {name: {law: kept_map(options.out, name, law, options.cells, options.jobs) for law in LAWS
                     if law != "ADRC" or "controller.adaptation.range" not in CHANGES[name].beside}
              for name in options.changes}

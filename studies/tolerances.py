@@ -75,7 +75,7 @@ def read_outcomes(path: Path, question: Question) -> Outcomes:
     shape = len(question.down.values), len(question.along.values)
     if len(ends) % (shape[0] * shape[1]):
         raise MaglevError(f"{path}: {len(ends)} samples, expected {shape[0]} by {shape[1]} for each step")
-    # Samples of a grid stand in the order of what varies, of which the steps are the last.
+    # Samples of a grid are in the order of the varied quantities, the steps last.
     return np.moveaxis(ends.reshape(*shape, -1), -1, 0)
 
 

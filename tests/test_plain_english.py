@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tools import plain_english
-from tools.plain_english import code_texts, page_texts, problems, script_texts, toml_texts
+from tools.plain_english import code_texts, page_texts, problems, texts
 
 pytestmark = pytest.mark.quick
 
@@ -56,11 +56,17 @@ def test_reads_docstrings_and_messages_of_code() -> None:
         (1, "What a module is about here."), (3, "X: expected a number of it anew")]
 
 
-def test_reads_comments_of_descriptions_and_messages_of_scripts() -> None:
-    toml = '# One comment\n# of two lines.\n[a]\nb = "a text of four words"   # beside it\n'
-    assert [*toml_texts(toml)] == [(1, "One comment of two lines."), (4, "a text of four words")]
-    script = 'say(`it was built ${count} times anew`);   // made anew\nrefuse("%s of what is there", name);\n'
-    assert [*script_texts(script)] == [(1, "it was built X times anew"), (2, "X of what is there")]
+@pytest.mark.parametrize(("suffix", "text", "read"), [
+    (".toml", '# One comment\n# of two lines.\n[a]\nb = "a text of four words"   # beside it\n',
+     [(4, "a text of four words"), (1, "One comment of two lines."), (4, "beside it")]),
+    (".js", 'say(`it was built ${count} times anew`);   // made anew\nrefuse("%s of what is there", name);\n',
+     [(1, "it was built X times anew"), (2, "X of what is there"), (1, "made anew")]),
+    (".c", '/* A comment of\n * two lines. */\nint a;\n', [(1, "A comment of two lines.")]),
+    (".py", "# A comment\n# of two lines.\na = 1   # one\nb = 2   # another\n",
+     [(1, "A comment of two lines."), (3, "one"), (4, "another")]),
+    ("", "# A target.\na:\n\techo\n", [(1, "A target.")])])
+def test_reads_comments_and_messages(suffix: str, text: str, read: list[tuple[int, str]]) -> None:
+    assert [(line, " ".join(found.split())) for line, found in texts(text, suffix)] == read
 
 
 def test_a_phrase_fails(tmp_path: Path) -> None:

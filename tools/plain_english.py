@@ -1,4 +1,4 @@
-"""Find phrases that read twice in pages, help, messages, docstrings and comments: a part of `make lint`.
+"""Find phrases that have to be read twice in pages, help, messages, docstrings and comments: a part of `make lint`.
 
     python tools/plain_english.py
 """
@@ -13,6 +13,9 @@ from typing import NamedTuple
 ROOT = Path(__file__).parents[1]
 GENERATED = "docs/claims_table.md"
 LONGEST, LONGEST_ON_PAGES = 35, 30   # words of a sentence
+# Comments, those in successive lines as one.
+HASHED = re.compile(r"^[ \t]*#([^\n]*(?:\n[ \t]*#[^\n]*)*)|(?<=\s)# ([^\n]*)", re.MULTILINE)
+SLASHED = re.compile(r"/\*(.*?)\*/|(?<![:\"'])//([^\n]*(?:\n[ \t]*//[^\n]*)*)", re.DOTALL)
 # Texts that are code: with statements or rules, a program, or a list of words.
 CODE_TEXT = re.compile(r"\{.*;|;.*\}|^import |^\s*(?:\w+\s+){60}", re.DOTALL)
 
@@ -100,29 +103,37 @@ def code_texts(text: str) -> Iterator[Text]:
 
 
 def toml_texts(text: str) -> Iterator[Text]:
-    """Comments, those in successive lines as one, and texts of four words or more of a TOML file."""
-    number, lines = 1, list[str]()
-    for n, line in enumerate([*text.splitlines(), ""], 1):
-        if line.startswith("#"):
-            number = number if lines else n
-            lines.append(line.lstrip("# "))
-        elif lines:
-            yield Text(number, " ".join(lines))
-            lines = []
+    """Texts of four words or more of a TOML file."""
+    for n, line in enumerate(text.splitlines(), 1):
         yield from (Text(n, found) for found in re.findall(r'"([^"]*)"', line) if len(found.split()) >= 4)
 
 
 def script_texts(text: str) -> Iterator[Text]:
-    """Texts of four words or more of a file in C or JavaScript, without its comments."""
-    text = re.sub(r"/\*.*?\*/|(?<![:\"'])//[^\n]*", lambda cut: "\n" * cut[0].count("\n"), text, flags=re.DOTALL)
+    """Texts of four words or more of a file in C or JavaScript."""
+    text = SLASHED.sub(lambda cut: "\n" * cut[0].count("\n"), text)
     for found in re.finditer(r"\"([^\"\n]*)\"|`([^`]*)`", text):
         value = re.sub(r"\$\{[^}]*\}|%\w+", "X", found[1] or found[2] or "")
         if len(re.findall(r"\b[a-z]{2,}\b", value)) >= 4 and not CODE_TEXT.search(value):
             yield Text(text.count("\n", 0, found.start()) + 1, value)
 
 
+def comments(text: str, pattern: re.Pattern[str]) -> Iterator[Text]:
+    """Comments of a file, those in successive lines as one."""
+    for found in pattern.finditer(text):
+        words = re.sub(r"\n\s*(?:#|//|\*)?", "\n", found[1] or found[2] or "")
+        for paragraph in re.split(r"\n\s*\n|@param|@returns", words):
+            yield Text(text.count("\n", 0, found.start(found.lastindex or 0)) + 1, paragraph)
+
+
 TEXTS = {".md": page_texts, ".py": code_texts, ".toml": toml_texts, ".c": script_texts, ".h": script_texts,
          ".js": script_texts}
+COMMENTS = {".py": HASHED, ".toml": HASHED, ".c": SLASHED, ".h": SLASHED, ".js": SLASHED, "": HASHED}   # "": Makefile
+
+
+def texts(text: str, suffix: str) -> list[Text]:
+    """Texts and comments of a file with a suffix; "" is a Makefile's."""
+    read, pattern = TEXTS.get(suffix), COMMENTS.get(suffix)
+    return [*(read(text) if read else ()), *(comments(text, pattern) if pattern else ())]
 
 
 def files() -> list[Path]:
@@ -130,14 +141,14 @@ def files() -> list[Path]:
     pages.remove(ROOT / GENERATED)
     folders = [*(init.parent for init in sorted(ROOT.glob("*/__init__.py")) if init.parent.name != "tests"),
                ROOT / "scenarios", ROOT / "stages"]
-    return [*pages, *(path for folder in folders for path in sorted(folder.rglob("*"))
+    return [*pages, ROOT / "Makefile", *(path for folder in folders for path in sorted(folder.rglob("*"))
                       if path.suffix in TEXTS and path.suffix != ".md" and "vendor" not in path.parts)]
 
 
 def found_in(path: Path) -> list[Found]:
     name = path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else str(path)
     return [Found(name, line, phrase, sentence)
-            for line, text in TEXTS[path.suffix](path.read_text(encoding="utf-8"))
+            for line, text in texts(path.read_text(encoding="utf-8"), path.suffix)
             for phrase, sentence in problems(text, path.suffix)]
 
 

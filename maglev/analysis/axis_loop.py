@@ -17,7 +17,7 @@ from maglev.user.adoption import stage_named as own_or_ours
 from pmlsm.stage_description import StageDescription
 
 INTERNAL_MODEL = ("model.xi1", "model.xi2", "model.xi3")
-ALIKE = 1e-7    # of the largest: what of a command, or of a push, is rounding
+ALIKE = 1e-7    # share of the largest command or push, below which a difference is rounding
 MOST_AXES = 3   # that the solver takes at once
 
 
@@ -200,7 +200,7 @@ def close(name: str, stage: StageDescription, axis: str, loop: Loop, rest: Mappi
         [plant.B[:, [plant.inputs.index(f"{current}_cmd") for current in currents]].sum(axis=1) for currents in sets])
     by_reference = gathered @ closed.B[:, closed.index("input", f"{axis}.reference")]
     n, states = len(groups), tuple(group[0].removeprefix("controller.") for group in groups)
-    shares = np.linalg.pinv(MotorPlaces.of(stage, block).even)   # of what the limits cut off, by axis and current
+    shares = np.linalg.pinv(MotorPlaces.of(stage, block).even)   # shares of the cut-off command, by axis and current
     gains, weights, inject = {}, {}, {}
     for moved in axes:
         row, part = shares[stage.axis_names.index(moved)], block.axes[stage.axis_number(moved)]

@@ -14,11 +14,11 @@ from maglev.analysis.axis_loop import AxisLoop
 from maglev.files.arrays import Array
 from maglev.files.errors import StabilityError, extra
 
-# The optimum itself lies on the border of what the inequalities allow, where rounding decides: shares of its step with
-# which a certificate is asked for that has room to spare.
+# The optimum lies on the border of the inequalities, where rounding decides. These are shares of its step, for which a
+# certificate with a margin is sought.
 SHARES = (0.998, 0.995, 0.99, 0.97, 0.9, 0.8, 0.7)
-TOLERANCES = (1e-8, 1e-6, 1e-5, 1e-4)   # of the solver, the next where it gives up: what it gives is verified
-LARGEST_STEP = 0.25     # m, twice the way between the stops of any axis: what lies beyond is not looked for
+TOLERANCES = (1e-8, 1e-6, 1e-5, 1e-4)   # of the solver; the next one if it gives up: its results are verified
+LARGEST_STEP = 0.25     # m, twice the way between the stops of any axis: larger steps are not tried
 LEAST_DECREASE = 1e-6   # 1/s, of V/V: much more than rounding errors make
 
 
@@ -164,7 +164,7 @@ class Inequalities:
         for tolerance in TOLERANCES:
             try:
                 with warnings.catch_warnings():
-                    warnings.simplefilter("ignore")   # that it may be inaccurate: what it gives is verified
+                    warnings.simplefilter("ignore")   # that it may be inaccurate: its results are verified
                     problem.solve(solver=self.cvxpy.CLARABEL, tol_gap_abs=tolerance, tol_gap_rel=tolerance,
                                   tol_feas=tolerance, accept_unknown=True)
                 break

@@ -19,7 +19,7 @@ SIZES = (20.0, 10.0, 2.0, 1.0, 0.2, 0.1)   # of a push, in units of the input's 
 LARGE = (100.0, 1000.0)                    # of one that has no response to these
 WINDOW = 40         # samples, in which all sizes are compared
 LATER = 8           # samples by which a push comes later at most
-SAME = 1e-2         # relative difference of responses that are the same but for their curvature
+SAME = 1e-2         # relative difference of responses that differ only by their curvature
 KINK = 5e-2         # relative difference of the responses to a push and to a pull where there is a derivative
 ROUND_OFF = 1e-15   # relative to the outputs: below it a response is nothing
 

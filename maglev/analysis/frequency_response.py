@@ -25,7 +25,7 @@ from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.parameters import Quantity, controllers, plants
 from maglev.user.source import Given
 
-AMPLITUDE = 100e-6   # m or rad, peak of what is added
+AMPLITUDE = 100e-6   # m or rad, peak of the added signal
 LINES = 48
 LOWEST, HIGHEST = 1.0, 2000.0   # rad/s
 REALISATIONS, PERIODS = 3, 2

@@ -18,8 +18,8 @@ from maglev.language.errors import ExportError
 from maglev.user.build import Buildable, buildable
 from maglev.user.source import is_written
 
-# A Cortex-M7 with double precision, and what gives the bits of the FMU. Each function has a section, so that the linker
-# leaves out what nothing calls.
+# A Cortex-M7 with double precision, and the options that give the bits of the FMU. Each function has a section, so that
+# the linker omits unused functions.
 FLAGS = ("-target", "thumb-freestanding-eabihf", "-mcpu=cortex_m7+fp_armv8d16", "-std=c99", "-O2", "-ffreestanding",
          "-ffp-contract=off", "-fno-math-errno", "-fno-sanitize=all", "-fno-unwind-tables",
          "-fno-asynchronous-unwind-tables", "-ffunction-sections", "-g0", "-I.", "-Iqemu")

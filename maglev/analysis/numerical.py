@@ -24,11 +24,11 @@ from maglev.linear.parameters import Quantity, block_of
 from maglev.linear.plant_model import linear_plant
 from maglev.user.source import Given
 
-PUSH, CURRENT = 1e-6, 1e-3      # m or rad, A: scales of what inputs are pushed by
+PUSH, CURRENT = 1e-6, 1e-3      # m or rad, A: sizes of the pushes on inputs
 CONTROLLER_SECONDS = 0.6        # s of a controller's response: an internal model of 4.7 rad/s turns by half a circle
 PLANT_SECONDS = 0.1             # s of a plant's: left alone it falls
 WIDTH = 80
-MISFIT = 1e-4                   # of responses, beyond which a state space is none
+MISFIT = 1e-4                   # of responses; with a larger one no state space is returned
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,7 +228,7 @@ def stages_of(rest: Rest, parameters: Settings) -> tuple[list[tuple[LinearModel,
     stages = []
     for kind in ("response", "coarse"):
         responses = np.stack([getattr(slope, kind) for slope in slopes], axis=2)
-        # What a plant gives after a step is measured at the next sample.
+        # The outputs of a plant after a step are measured at the next sample.
         later: Array = np.concatenate([np.zeros((1, *responses.shape[1:])), responses])
         stages.append(named_model(pair.commands, outputs, pair.plant_name, pair, rest.equilibrium, "m", realise(later)))
     return stages, slopes

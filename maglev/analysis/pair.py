@@ -45,7 +45,7 @@ CALM = 1e-9          # m or rad, by which it then moves no more
 AT_REST = 20e-6      # m or rad, by which it may still move in the end
 NOT_THERE = 1e-3     # m or rad, by which it may miss the place that was asked for
 
-SMOOTH = (".friction.coulomb", "encoder.resolution")   # ends of the names of what has no derivative in a plant
+SMOOTH = (".friction.coulomb", "encoder.resolution")   # ends of the names of parameters without a derivative in a plant
 
 Settings = Mapping[str, Quantity | bool]
 Found = TypeVar("Found")

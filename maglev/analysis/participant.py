@@ -98,7 +98,7 @@ class Participant:
             return None
         try:
             return self.fmu.instance.getFMUState()
-        except Exception:   # fmpy raises whatever the status is, a class of what cannot be copied: it says that it can
+        except Exception:   # fmpy raises whatever the status is, and its exceptions cannot be copied; this one can
             return None
 
     def back(self) -> None:

@@ -220,7 +220,7 @@ def region(stage: str | Path, axis: str, gap: Quantity, *, controller: str | Non
 def run_steps(runs: list[StepRuns], axis: str, gains: Array, step: float) -> RunSteps:
     """Steps run with antiwindup gains: with the gap free and, if there is a second, with the gap locked."""
     values: dict[str, float | bool] = {f"{axis}.ec{k}": float(gain) for k, gain in enumerate(gains, 1)}
-    values["antiwindup"] = True   # gains of 0 are none, and the other axes keep theirs
+    values["antiwindup"] = True   # zero gains switch an axis's anti-windup off; the other axes keep theirs
     response, held = runs[0].respond(step, values)
     return RunSteps(response, held, runs[0].largest(values), runs[1].largest(values) if runs[1:] else None,
                  min(map(abs, runs[0].room())))

@@ -48,7 +48,7 @@ class Candidate:
     certificate: Certificate   # ellipsoid and largest certified step
     simulated: float   # largest step of the linear loop with its limit, m; LARGEST_STEP if every step comes back
     response: Response   # of that loop to the step of the region
-    run: RunSteps | None   # by the FMUs, if asked for: what the certificate leaves out may leave less, or more
+    run: RunSteps | None   # by the FMUs, if asked for: effects outside the certificate may leave less, or more
 
     @property
     def gains(self) -> Array:

@@ -273,7 +273,7 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
     MaglevError
         If a name, an option or a scenario cannot be used.
     """
-    # What would fail after the runs fails before them.
+    # Errors that would come after the runs come before them.
     if format not in get_args(Format):   # the ending of the files, too
         raise ScenarioError(f"{option('format', format)}: expected {one_of(format, get_args(Format))}")
     if plot:
@@ -385,7 +385,7 @@ def say_notes(experiments: Iterable[Experiment], say: Say) -> None:
     sentences: list[str] = []
     for experiment in experiments:
         if experiment.put_in and not experiment.fits():
-            continue   # refused when it runs: what it would have started with is no news
+            continue   # the run itself raises this error: its start values are not news
         sentences += start_value_notes(experiment.plan, experiment.files, experiment.left_out, experiment.put_in)
         sentences += experiment.notes
     for sentence in dict.fromkeys(sentences):

@@ -51,7 +51,7 @@ Vary = Mapping[str, Sequence[float | int | bool | str] | npt.NDArray[Any] | str]
 
 PUT_IN = ("plant", "controller")   # options that name what takes the place of a plan's
 
-LIKE = "{'plant.y.mass': [6.5, 7.5]}"   # a table of what varies
+LIKE = "{'plant.y.mass': [6.5, 7.5]}"   # a table of parameters to vary
 IN_MEMORY = 1   # of the kinds of devices of DLPack
 
 PERCENT = re.compile(r"(?:±|\+-|\+/-)\s*(\S+?)\s*%")   # ±20%, +-20 %

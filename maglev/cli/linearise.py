@@ -77,7 +77,8 @@ class Asked:
     at: Mapping[str, "Quantity"]                 # positions by axis
     parameters: Mapping[str, dict[str, Any]]     # of "plant", "controller" and "measurement"
     openings: Sequence[str]                      # signals; every axis if there are none
-    how: Mapping[str, Any]                       # anybody's FMU is run: stage, settle, sample_time, options of runs
+    # for any FMU, which is run: stage, settle, sample_time, options of runs
+    how: Mapping[str, Any]
     pictures: Path | None                        # folder, where they are asked for
     json: Path | None                            # file, where it is asked for
 

@@ -23,7 +23,7 @@ class Output(io.FileIO):
         try:
             return super().write(data)
         except OSError as error:
-            # What is still in the buffer must not fail once more at the end of the process.
+            # The rest of the buffer must not fail once more at the end of the process.
             with open(os.devnull, "wb") as nothing:
                 os.dup2(nothing.fileno(), self.fileno())
             if self.fileno() == 2:

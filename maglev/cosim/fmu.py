@@ -48,7 +48,7 @@ UNIT_TOLERANCE = 1e-3   # of a factor: some write 0.01745 for a degree
 NOT_NEEDED = ("binaries/", "documentation/", "extra/", "sources/", "terminalsAndIcons/")   # to run it, except for those
 HERE = (f"binaries/{fmpy.platform}/", f"binaries/{fmpy.platform_tuple}/")                    # of this machine
 
-# What FMI 2.0 calls types of FMI 3.0; the last one as it is accessed.
+# FMI 2.0's names of FMI 3.0 types; the last one by the way it is accessed.
 OLDER_TYPES = {"Float64": "Real", "Int32": "Integer", "Enumeration": "Int64"}
 
 LOADING = Lock()   # fmpy goes into the folder of a library while it loads it, and then back to where it was
@@ -59,7 +59,7 @@ TEMPORARY = ("/tmp", "/var/tmp", "/usr/tmp") if os.name == "posix" else (
     os.path.expandvars(r"%SYSTEMROOT%\Temp"), r"C:\TEMP", r"C:\TMP")
 
 
-# What is wrong with a model description, in fmpy's words, but is nothing to a run: many tools write such.
+# Faults of a model description, in fmpy's words, that do not matter to a run: many tools write them.
 SMALL_FLAW = re.compile(r"attribute 'generationDateAndTime'|^The (display )?unit .* of variable .* is not defined\.$",
                         re.DOTALL)
 FLAWS: dict[Path, list[str]] = {}   # of model descriptions that were read

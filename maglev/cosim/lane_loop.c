@@ -19,7 +19,7 @@ static bool ready(const struct Progress *progress)
     return progress->phase == RUNNING && !progress->exchange && !progress->events;
 }
 
-/* Several runs side by side, each in a lane: what they differ in is a vector. */
+/* Several runs side by side, each in a lane: values that differ between them are vectors. */
 #define LANES $width
 $lanes
 
@@ -46,8 +46,9 @@ struct in_lanes {
 $members
 };
 
-/* Put initialised instances and first rows into a lane, the first one into lane 0. Returns RUN_REFUSED where an FMU would
-   refuse a step, RUN_OTHERWISE where they differ in what lanes have in common; without instances, the bytes of all. */
+/* Put initialised instances and first rows into lanes, the first one into lane 0. Returns RUN_REFUSED where an FMU
+ * would refuse a step, RUN_OTHERWISE if they differ in a value that lanes share. Without instances it returns the
+ * number of bytes of all. */
 EXPORT int64_t maglev_lanes_take(struct in_lanes *all, struct Instance *const *instances, const void *const *rows,
                                  int64_t lane);
 int64_t maglev_lanes_take(struct in_lanes *all, struct Instance *const *instances, const void *const *rows, int64_t lane)
@@ -63,7 +64,7 @@ $load
     return same ? RUN_DONE : RUN_OTHERWISE;
 }
 
-/* Have lanes in which there is no run go on as one in which there is; false if there is no run at all. */
+/* Fill lanes without a run with a copy of a lane that has one; return false if there is no run at all. */
 static bool fill(struct in_lanes *all, const bool *live)
 {
     int from = 0;
@@ -78,9 +79,9 @@ $copy
     return from < LANES;
 }
 
-/* Write the rows of what is seen at communication points `first` to before `end`, and make the steps that begin at these,
-   but none at the `last` point of all. `sizes` has sums and largest ones of amounts. `status` says how the run in each lane goes. Of tracks of signals,
-   rows[run][track] has the values of one after the other at all points. */
+/* Write the rows for communication points `first` to before `end`, and make the steps that begin at them, but none at
+ * the `last` point of all. `sizes` has sums and largest ones of amounts. `status` says how the run in each lane goes.
+ * rows[run][track] has the values of a signal's track at all points, one after the other. */
 EXPORT void maglev_lanes(struct in_lanes *taken, const struct moved *calls, const void *const *const *rows, int64_t first,
                          int64_t end, int64_t last, double *seen, double *sizes, int64_t *status);
 void maglev_lanes(struct in_lanes *taken, const struct moved *calls, const void *const *const *rows, int64_t first,

@@ -17,7 +17,7 @@ ENDED = 1e-9       # of a step, by which rounding may miss its end
 FAILED = 3         # fmi2Error, fmi3Error
 MOST_EVENTS = 1000   # at one instant, after which an FMU is not believed to come to an end
 PAST = 1e-9          # of a time, by which rounding may put an event before it
-LEAST_NOMINAL, MOST_NOMINAL = 1e-60, 1e60   # of a state in SI: beyond them a tolerance is none
+LEAST_NOMINAL, MOST_NOMINAL = 1e-60, 1e60   # of a state in SI: beyond these a tolerance makes no sense
 
 ENDS = "the FMU asks for the end of the simulation"
 AGAIN = f"after {MOST_EVENTS} events at one instant the FMU asks for another"

@@ -267,7 +267,7 @@ def input_calls(number: int, name: str, fmu: Fmu, sources: Mapping[str, str],
         runs[-1].append((variable, place))
     for run in runs:
         _, (track, column, source) = run[0]
-        # What FMUs before this one have given in this step is in the next row already.
+        # Outputs of this step from FMUs before this one are in the next row already.
         ahead = 1 if order == "sequential" and 0 <= source < number else 0
         yield from value_calls(fmu, "Set", [variable for variable, _ in run], track, column, ahead)
 

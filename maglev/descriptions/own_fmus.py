@@ -23,8 +23,8 @@ from pmlsm.description_text import to_text
 
 DEFINITIONS = definitions_of(PACKAGED_STAGES.values())
 
-# Controller and plant as an SSP file: the loop of a scenario, whose start values are those that the FMUs have anyway,
-# so that tools that leave out the start values in it run the same.
+# Controller and plant as an SSP file: the loop of a scenario. Its start values are the defaults of the FMUs, so that
+# tools that ignore start values in the file run the same.
 SYSTEMS = {system_of(stage): stage.experiment for stage in PACKAGED_STAGES.values() if stage.experiment}
 
 SYSTEM_STOP = 5.0   # s, of that of a stage of the user's

@@ -169,5 +169,5 @@ def wrapped(text: str, width: int) -> str:
 
 GAP = 2       # spaces between columns
 NARROW = 20   # letters, to which a column of texts can shrink; further if no word in it is as long
-# Where a head may go on below, not "10 µm".
+# Places where a head may be broken, not "10 µm".
 BREAK = re.compile(r"(?<=\D )|(?<=-)|(?<=[a-z]\.)|(?<=[a-z])(?=[A-Z])|(?=\dDOF)")

@@ -182,7 +182,7 @@ def said_in(line: bytes) -> Said:
     """Return the message in a line; ValueError if `serve` cannot have written the line."""
     said = value_of(line)
     if (not isinstance(said, Said) or (said.kind == "error") != isinstance(said.what, Exception)
-            or said.kind == "interrupt"):   # only a process of ours is asked to end in order
+            or said.kind == "interrupt"):   # only a process with this project's code is asked to end in order
         raise ValueError(f"{said!r}")
     return said
 
@@ -239,7 +239,7 @@ def serve(folder: str | None) -> None:
 
     Thread(target=receive, daemon=True).start()
     asked = () if folder else (KeyboardInterrupt,)
-    caught = (Exception,) if folder else ()   # of a task of ours it is a bug, which ends the process
+    caught = (Exception,) if folder else ()   # in a task of this project it is a bug, which ends the process
     with suppress(ConnectionError, *asked):   # nobody wants to know, or more
         while (task := pickle.loads(tasks.get())) is not None:
             folder_here, work = task

@@ -9,14 +9,14 @@ from maglev.language.errors import ExportError
 # bytes in them, and their replacement.
 CORRECTIONS = tuple((bytes.fromhex(code), place, bytes.fromhex(instead)) for code, place, instead in (
     # Start of finalizePythonInterpreter. The function runs as a destructor of the library, after the static object that
-    # it releases is gone, and so writes to freed memory at the end of every process that has used a pythonfmu FMU; now
-    # and then the C library notices and aborts the process. Nothing else needs it: the static object releases the
-    # interpreter itself. So it is made to return at once, after the landing pad of indirect branches.
+    # it releases. It therefore writes to freed memory at the end of every process that has used a pythonfmu FMU; now
+    # and then the C library notices and aborts the process. The function is not needed, because the static object
+    # releases the interpreter itself. The patch makes it return at once, after the landing pad of indirect branches.
     ("f30f1efa 55 660fefc0 53 4883ec08 488b2d73640100 0f290564640100", 4, "c3"),
 
-    # fmi2Instantiate looks for the 7 characters of file:// in the location of the resources and removes them. Of
-    # file:/path, which FMI allows as well, and which is what Java makes, it so makes no path. The first 5 characters
-    # are enough to look for and to remove: of /// a path begins as well as of /.
+    # fmi2Instantiate looks for the 7 characters of file:// in the location of the resources and removes them. FMI also
+    # allows file:/path, which Java writes, and the function makes no path of it. The patch looks for the first 5
+    # characters and removes them: a path may begin with /// as well as with /.
     ("b907000000 31d2 4c89f7 488d353ee40100", 1, "05"),
     ("b807000000 4839c2 480f47d0 4839ce 0f87d3060000", 1, "05"),
 
@@ -39,9 +39,9 @@ CORRECTIONS = tuple((bytes.fromhex(code), place, bytes.fromhex(instead)) for cod
     # above, which takes the same argument (mov %rbx,%rdi; call). The check of the stack's end gives room for it.
     ("488b4308 488928 488b442438 64482b042528000000 0f85b7000000 488b3b", 0,
      "4889df e881cfffff 488b4308 488928 660f1f840000000000 0f1f00"),
-    # fmi2SerializeFMUstate copies as many bytes as the importer has room for. It is to copy as many as there are, and
-    # if the room is less (mov %r12,%rdi; call PyBytes_Size; mov %rax,%rcx; cmp %rcx,0x18(%rbx); jb), to go where it
-    # goes if they are no bytes (then: mov 0x10(%rbx),%rax; mov (%rax),%rdi; mov %rbp,%rsi; rep movsb).
+    # fmi2SerializeFMUstate copies as many bytes as the importer has room for. With the patch it copies as many as there
+    # are. If the room is less (mov %r12,%rdi; call PyBytes_Size; mov %rax,%rcx; cmp %rcx,0x18(%rbx); jb), it takes the
+    # branch for values that are not bytes (then: mov 0x10(%rbx),%rax; mov (%rax),%rdi; mov %rbp,%rsi; rep movsb).
     ("48837b1800 741f 31c0 0f1f4000 488b5310 0fb64c0500 488b12 880c02 4883c001 48394318 77e7", 0,
      "4c89e7 e87dfbfdff 4889c1 48394b18 0f8218010000 488b4310 488b38 4889ee f3a4 0f1f440000"),
 ))

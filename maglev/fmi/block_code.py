@@ -17,7 +17,7 @@ TEMPLATES = Path(__file__).with_name("native_templates")
 BLOCK = "block.h"         # in the sources of an FMU
 FIRST_FAILURE = 1_000_000        # status: this and the number of the place that failed; one of the C layer, too
 
-# What the functions around a block take and give, and how they call its own.
+# Signatures of the functions around a block, and how they call the block's own functions.
 WRAPPED = {"start": ("int64_t start_block(void *block)", ""),
            "step": ("int64_t step_block(void *block, double time, double size)", ", time, size"),
            "derive": ("int64_t derive_block(void *block)", ""),

@@ -197,7 +197,7 @@ class FmuDefinition:
     sketch: Drawing | None = None                      # first drawing of the documentation
     arguments: tuple[Any, ...] = ()                    # of the block's constructor, such as the law of a regulator
     slave: tuple[str, str] = ("maglev.fmi.slave", "BlockSlave")   # module and class, of an FMU that runs in Python
-    author: str = "Maglev FMUs contributors"           # "" if the block is somebody else's, with a licence of theirs
+    author: str = "Maglev FMUs contributors"           # "" if the block has another author and another licence
     requires: tuple[str, ...] = ()                     # packages of the importer's Python that the block needs
     continuous: ContinuousModel | None = None          # of a native FMU that is for Model Exchange as well
     sampled: bool = False                              # at the start, and then every SAMPLE_TIME

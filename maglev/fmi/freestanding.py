@@ -17,7 +17,7 @@ from maglev.language.blocks import BlockText, block_text
 from maglev.language.c_text import c_literal
 from maglev.language.errors import ExportError
 
-# What is in arithmetic.h.
+# Functions in arithmetic.h.
 KNOWN = {"fabs", "sqrt", "isfinite"}
 
 C_FILES = Path(__file__).with_name("target")

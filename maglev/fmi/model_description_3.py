@@ -13,7 +13,7 @@ FMI = "3.0"
 TIME = Variable("time", "independent", "continuous", "Time", "s")
 CLOCK = "clock"   # its name
 
-# What FMI 3.0 calls the unknowns in an element of FMI 2.0.
+# FMI 3.0's names of the unknowns in an element of FMI 2.0.
 ELEMENTS = {"Outputs": "Output", "Derivatives": "ContinuousStateDerivative", "InitialUnknowns": "InitialUnknown"}
 
 OPTIONS = "-O2 -ffp-contract=off -fno-math-errno"   # of gcc and clang

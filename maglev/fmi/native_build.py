@@ -149,7 +149,7 @@ def native_sources(definition: FmuDefinition, texts: Mapping[str, str], code: st
         described_as = model_description_3(definition, "", version, date).decode("utf-8")
     else:
         described_as = model_description(definition, "", version, date, units).decode("utf-8")
-    # What the block is made from counts as well: not every number of it is the start value of a variable.
+    # The arguments of the block count as well: not every number in them is the start value of a variable.
     parts = [described_as, repr(definition.arguments), *(part for files in ({**without_guid, **headers}, texts)
                              for item in sorted(files.items()) for part in item), *sorted(platforms)]
     guid = f"{{{digest(parts)[:32]}}}"

@@ -15,7 +15,8 @@ from pythonfmu.fmi2slave import Fmi2Slave
 
 from maglev.fmi.definition import FmuDefinition, Slot, Variable, look, put, read, reader
 
-# By how much the clock of a master may miss the end of the step before, and what is no step: see native/c/life.c.
+# Largest difference between a master's clock and the end of the step before, and the step that counts as none: see
+# native/c/life.c.
 CONTINUITY = 1.0e-3     # of a communication step
 LARGEST_MISS = 1.0e-5   # s
 ROUNDING = 1.0e-14      # of the time
@@ -81,7 +82,7 @@ class BlockSlave(Fmi2Slave):
     an error, and pythonfmu ignores the result of the end of the initialization.
     """
 
-    # What a block may raise, and a refusal says: C continues with inf or NaN where Python's numbers end.
+    # Exceptions of a block that become messages: C continues with inf or NaN where Python raises.
     raised: tuple[type[BaseException], ...] = (ArithmeticError, ValueError)
 
     def __init__(self, definition: FmuDefinition, guid: str | None = None, **kwargs: Any):
@@ -341,5 +342,5 @@ class BlockSlave(Fmi2Slave):
             loaded = json.loads(state.decode("utf-8"))
         except ValueError:
             loaded = None
-        # What cannot be read is refused when it is set, by an instance; here there is none.
+        # An instance raises an error when an unreadable state is set; here there is no instance.
         return loaded if isinstance(loaded, dict) else {"model": f"serialized state of {len(state)} unreadable bytes"}

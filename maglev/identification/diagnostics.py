@@ -26,8 +26,8 @@ class RowDiagnostics:
     """Diagnostics of one row with p constants."""
 
     excited: bool   # true if the row says anything: the axis moves, and the columns of A are there and differ
-    # λmin of ∫Q dt (3.5), each column of A scaled such that its ∫a² over the whole recording is 1: from 0, at the end 1
-    # for columns that are orthogonal and 0 for columns that are one; shape (m,)
+    # λmin of ∫Q dt (3.5), with each column of A scaled to ∫a² = 1 over the whole recording. It starts at 0. It ends at
+    # 1 for orthogonal columns, at 0 for equal columns; shape (m,)
     time: Array
     excitation: Array
     correlation: Array   # of the constants, from (∫AᵀA dt)⁻¹; shape (p, p)

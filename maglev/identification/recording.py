@@ -90,7 +90,7 @@ def chosen_stage(table: DataTable, stage_name: str | None) -> EstimatedStage:
                for stage in ESTIMATED_STAGES.values()}
     best = max(present, key=lambda name: present[name] / len(ESTIMATED_STAGES[name].axes))
     complete = [stage for stage in ESTIMATED_STAGES.values() if present[stage.name] == len(stage.axes)]
-    # What has the positions of all axes of a stage and tilts besides is of the stage that tilts.
+    # A recording with all axes of a stage and with tilts is of the stage that tilts.
     whole = [stage.name for stage in complete if not any({*stage.axes} < {*other.axes} for other in complete)]
     if len(whole) > 1:
         raise IdentificationError(f"{table.path}: has the positions of {' and '.join(whole)}, needs "

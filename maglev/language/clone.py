@@ -10,7 +10,7 @@ class Clone:
     def __init__(self, function: Function, varying: tuple[bool, ...], masked: bool, name: str):
         self.function, self.varying, self.masked, self.name = function, varying, masked, name
         self.changed = False
-        self.partial = False      # true if lanes return while others go on
+        self.partial = False      # true if lanes return while others continue
         self.results_vary = [False] * len(function.results)
         self.differing: dict[str, bool] = {}     # names, of objects and lists those that stand for several
         self.elements: dict[str, bool] = {}      # names of lists, whose numbers differ

@@ -42,8 +42,8 @@ from maglev.language.sources import parsed_expression
 
 SUFFIX = "_dot"
 
-# Derivative of a function at x, whose own is d and whose value there is f: of `math`, of which users' laws have more
-# than ours, and elementary ones, whose steps are not those of a derivative.
+# Derivatives of functions at x, whose own derivative is d and whose value is f. They are of `math`, of which users'
+# laws use more than the packaged laws, and of elementary functions, whose steps are not differentiated.
 RULES = {
     "sqrt": "0.5 * d / f", "fabs": "d if x >= 0.0 else -d", "fraction": "d", "rounded_down": "0.0 * d",
     "sin": "cos(x) * d", "cos": "-sin(x) * d", "tan": "(1.0 + f * f) * d", "exp": "f * d",

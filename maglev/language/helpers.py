@@ -2,8 +2,8 @@
 
 from maglev.language.program import FLOAT, INT
 
-# What C has no operator for, by the operation and the type of its operands; each notes in `failure` where it failed.
-# The first failure of a step is kept.
+# Operations for which C has no operator, by the operation and the type of its operands; each notes in `failure` where
+# it failed. The first failure of a step is kept.
 HELPERS = {
     "note_failure": """\
 static void note_failure(int64_t *failure, int64_t place)

@@ -323,7 +323,7 @@ class LaneExpressions:
         zero = "lanes_of_float(0.0)" if varies else "0.0"
         return Value(f"({order} {name} {zero})" if whole == 0 else f"({zero} {name} {order})", varies)
 
-    # What is computed in some lanes only
+    # Values that only some lanes compute
 
     def aside(self, value: Expr, mask: str | None) -> tuple[list[str], Value]:
         """The statements before a value, one level deeper, and the value."""

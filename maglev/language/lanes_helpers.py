@@ -95,7 +95,7 @@ static inline void lanes_note(lanes_int *failure, lanes_int failed, int64_t plac
 # Functions of one number that a processor has for vectors, by clang's names.
 BUILT_IN = ("sqrt", "floor", "ceil", "trunc")
 
-# What is computed of all lanes at once, as helpers of the same names do of one; some leave rare cases to these.
+# Functions of all lanes at once, with the names of the helpers for one lane; some leave rare cases to those.
 TOGETHER = {
     "quotient": """\
 static inline lanes_float lanes_quotient(lanes_float a, lanes_float b, lanes_int live, lanes_int *failure,

@@ -143,7 +143,7 @@ class Loop:
                 by_signal = by_signal + plant.commutation @ plant.C @ np.linalg.pinv(sensed)
             b = np.vstack([plant.B @ by_signal @ changed, controller.B @ changed])
             c = np.hstack([read @ sensed, np.zeros((1, len(controller.states)))])
-        # What goes in at the opening comes back as −L times it: the feedback is negative in 1 + L.
+        # A signal at the opening comes back as −L times itself: the feedback is negative in 1 + L.
         returned, unit = f"{name}.returned", closed.units[name.replace(".measured", ".position")]
         return LinearModel(f"{closed.name}, opened at {name}", closed.states, (name,), (returned,), closed.A - b @ c, b,
                            -c, np.zeros((1, 1)), {**closed.units, name: unit, returned: unit},

@@ -10,8 +10,8 @@ from maglev.fmi.definition import read
 from maglev.fmi.parameter import Parameter, require_parameter
 from pmlsm.stage_description import StageDescription
 
-# What can be linearised of each stage: its plant, its output regulators, the nonlinear one first, its PID, and the
-# regulator that adapts.
+# FMUs of each stage that can be linearised: its plant, its output regulators, the nonlinear one first, its PID, and the
+# adaptive regulator.
 KINDS = ("Plant", "Regulator", "LinearRegulator", "ScheduledRegulator", "InterpolatedRegulator", "PID",
          "AdaptiveRegulator")
 
@@ -68,7 +68,7 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
     if regulator_in(name) != name:
         prepare_fixed(name, block)
         block = block.regulator
-    # What a motor of another geometry owes to it; one that is none is refused by `prepare`.
+    # Effects of a motor with another geometry; `prepare` raises an error for an impossible geometry.
     if name in plants():
         block.magnetics.prepare()
     elif name in controllers():

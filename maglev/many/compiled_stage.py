@@ -91,7 +91,7 @@ class CompiledStage:
         used = seen if stage.rotations else seen[1:]   # the commutation needs the gap where each motor has its own
         widths = [(2 if "commutation" in parts else 3) * motors, len(used), axes, 2 * motors, len(seen), axes, axes]
         self.row = np.zeros(sum(widths))
-        self.ends = np.cumsum(widths)[:-1].tolist()   # of what the row has, but the last
+        self.ends = np.cumsum(widths)[:-1].tolist()   # of the values in the row, except the last
         (self.commands, _, self.positions, self.currents, self.encoders, self.velocities,
          self.references) = np.split(self.row, self.ends)
         self.observation = self.row[self.ends[3]:]
@@ -104,7 +104,7 @@ class CompiledStage:
         self.plant, self.measurement = self.parts["plant"], self.parts.get("measurement")
         self.stop = Buffer("Boolean", [self.plant.variable("at_stop")], self.plant.fmi)
         self.exchanges = [*exchanges(stage, parts, used, self.ends)]
-        self.between: list[Any] = []   # memory for what goes from one FMU to another
+        self.between: list[Any] = []   # memory for values that pass from one FMU to another
         first = [exchange[:2] for exchange in self.exchanges].index(("step", "plant")) + 1
         self.outputs = [made for exchange in self.exchanges[first:] for made in self.calls_of(exchange)]
         self.calls = [made for exchange in self.exchanges[:first] for made in self.calls_of(exchange)] + self.outputs

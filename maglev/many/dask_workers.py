@@ -45,7 +45,8 @@ def connected(scheduler: str) -> Iterator[Client]:
 
     try:
         client = Client(scheduler, timeout=REACHED_WITHIN)
-    except (OSError, ValueError, TypeError, RuntimeError) as error:   # one that none answers at, or is none, or TLS
+    # the address is wrong, nothing answers at it, or TLS fails
+    except (OSError, ValueError, TypeError, RuntimeError) as error:
         raise ScenarioError(f"{option('scheduler', scheduler)}: cannot be reached within {REACHED_WITHIN:g} s "
                             f"({in_one_line(error)[:80]}), expected the address of a Dask scheduler, such as "
                             "tcp://host:8786") from None

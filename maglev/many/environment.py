@@ -125,7 +125,7 @@ class StageEnv(gymnasium.Env[Array, Array]):
         self.compiled = CompiledStage(self.stage, folder, parts)
         # An environment that nobody closed leaves no unpacked FMU behind.
         self.freed = weakref.finalize(self, self.compiled.close)
-        # What acts on the plant next to the motors can be given like its parameters; the sample time is the stage's.
+        # External inputs of the plant can be given like its parameters; the sample time is that of the stage.
         currents = {f"{current}_cmd" for current in self.stage.phase_names}
         of_plant = {name: variable for name, variable in self.compiled.plant.variables.items()
                     if variable.causality == "parameter" or (variable.causality == "input" and name not in currents)}

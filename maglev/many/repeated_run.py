@@ -233,7 +233,7 @@ class RepeatedRun:
         """Put the references of a run into the rows that the FMUs read."""
         asked = self.driven_by(changes)
         if asked != self.asked:
-            # Those that a study varies go where it asks: a stop that is touched is what it finds.
+            # Studied samples may leave the range of a packaged run: touching a stop is then a result.
             known = self.experiment.plan.signals, self.drives
             drives = self.with_changes(asked).references(self.descriptions, known) if asked else self.drives
             others = {name: values for name, values in drives.items() if values is not self.driven[name]}

@@ -17,8 +17,8 @@ from maglev.runs.preparation import Experiment
 from maglev.scenario.run_plan import FmuTable, RunPlan, StartValue
 from maglev.scenario.signals import Csv
 
-# All that is left out, by what has it: words for readers, what is judged elsewhere, and where files lie, whose content
-# counts. What is added to a plan counts for as long as it is not listed here.
+# Members that do not count, by their class: words for readers, criteria that are judged elsewhere, and paths of files,
+# whose content counts. A new member of a plan counts until it is listed here.
 LEFT_OUT: dict[type, frozenset[str]] = {
     Job: frozenset({"key", "written", "native", "ahead"}),   # its FMUs are there
     Experiment: frozenset({"files", "loop", "left_out", "notes", "changes", "put_in", "departures", "not_compared",

@@ -97,7 +97,7 @@ class Batch(NamedTuple):
         return len(result.failures) == len(self.samples)
 
 
-# What is done with a batch; after Ctrl-C there may be but its first samples, those that were done.
+# Function that stores a batch; after Ctrl-C the batch may have only its first samples, those that were run.
 Store = Callable[[BatchResult], None]
 
 

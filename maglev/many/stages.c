@@ -23,7 +23,7 @@ struct batch {
     int64_t width;
     int64_t *made;                  /* samples since an episode began */
     double step;                    /* s */
-    int64_t samples;                /* to go on by */
+    int64_t samples;                /* to advance by */
     int64_t *refused, *at_stop;
     const struct change *changes;   /* to be made one after the other */
     int64_t changing;

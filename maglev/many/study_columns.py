@@ -14,8 +14,8 @@ from maglev.runs.metrics import ManyMetrics, Metrics, larger_of
 from maglev.scenario.quantities import printed
 from maglev.scenario.run_plan import RunPlan
 
-# Of every run; inf for what never happened. 1 of `failed`: a stop was touched, or a trip; of `ended off`: too large an
-# error at the end.
+# Metrics of every run; the time of an event that did not happen is inf. `failed` is 1 after a stop contact or a trip;
+# `ended off` is 1 if the error at the end was too large.
 FLAWS = ("failed", "ended off")
 EVENTS = (*FLAWS, "trip time", "stop contact time", "lost setpoints")
 

@@ -52,7 +52,7 @@ def design_rows(study: StudyFile) -> Array:
 
 def unit_samples(study: StudyFile) -> Array:
     """Points of the design in the unit cube, shape (number of samples, number that vary)."""
-    from scipy.stats import qmc  # half of the start of a study, for what grids do not need
+    from scipy.stats import qmc  # its import takes half of the start of a study, and grids do not need it
 
     design, varied = study.design, len(study.vary)
     assert design.samples is not None   # not of a grid

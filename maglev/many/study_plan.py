@@ -25,7 +25,7 @@ from maglev.user.blocks import built_blocks
 
 LEAST_FREE = 1e8           # bytes that a study leaves on the disk
 LIMIT_OF_FOREIGN = 600.0   # s of wall time that a sample may take with FMUs that are not of this project
-LARGEST_LIMIT = 1e6        # s, more than a week and less than what a system's clock can wait for
+LARGEST_LIMIT = 1e6        # s, more than a week and less than the longest wait of a system's clock
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class PlannedStudy:
 
     study: StudyFile
     job: Job
-    varied: Mapping[str, str]   # units of what varies, by name
+    varied: Mapping[str, str]   # units of the varied quantities, by name
     about: Mapping[str, Any]    # what stands in the metadata
     design: Array               # shape (samples, number that vary)
     values: Array               # of the targets, shape (samples, targets)

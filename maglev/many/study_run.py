@@ -28,7 +28,7 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
     parts = Parts(out / f"{planned.study.name}.parts", planned.job.key)
     path = out / f"{planned.study.name}.parquet"
     samples, job = len(planned.values), planned.job
-    # By kind of part; what says that a study was done comes last.
+    # By kind of part; the file that marks a study as done comes last.
     files = {"trajectories": (dataset.trajectories_schema(planned), dataset.trajectories_table,
                               trajectories_path(path))} if job.kept else {}
     files["samples"] = dataset.samples_schema(planned), dataset.samples_table, path

@@ -30,7 +30,7 @@ DIGITS = 5   # of the parameters that are run, and written: those of the publish
 
 @dataclass(frozen=True)
 class Cost:
-    # What is measured, with the limits on it; the first are the flaws, which every tuning limits.
+    # Metrics with their limits; the first are the flaws, which every tuning limits.
     columns: tuple[Column, ...]
     minimised: tuple[int, ...]          # numbers of columns
     # By number of a column: how many times what it is with the scenario's own values it may be.
@@ -52,7 +52,7 @@ class Cost:
                              (lows - metrics) / np.maximum(np.abs(lows), SMALLEST))
         beyond = np.where(np.isnan(beyond), 0.0, beyond)
         beyond[np.isnan(metrics)] = LARGEST_EXCESS
-        # What is minimised and never ends, such as settling, is beyond all limits.
+        # A minimised time that never ends, such as settling, is beyond all limits.
         minimised = list(self.minimised)
         beyond[..., minimised] = np.where(np.isfinite(metrics[..., minimised]), beyond[..., minimised], LARGEST_EXCESS)
         return np.asarray(np.clip(beyond, 0.0, LARGEST_EXCESS).sum(axis=-1))
@@ -118,10 +118,10 @@ class PlannedTuning:
     """A tuning that can be searched."""
 
     tuning: TuneFile
-    job: Job         # its targets are what varies of the plants, then what is searched
+    job: Job         # its targets are the varied parameters of the plants, then the searched parameters
     unknowns: Unknowns
     cost: Cost
-    nominal: Array   # values that the scenario itself has of what is searched, shape (number searched,)
+    nominal: Array   # values of the searched parameters in the scenario itself, shape (number searched,)
     plants: Array    # shape (plants, number that the plants vary)
     fresh: Array     # likewise, those that were not searched with
 

@@ -91,7 +91,7 @@ def verdict_options(judgements: Judgements) -> str:
 
 
 def claims_summary(results: Sequence[RunResult], judgements: Judgements) -> str:
-    """Return the numbers of claims by kind of statement and by verdict, of figure bounds, and of runs."""
+    """Return the numbers of claims by kind of statement and by verdict, of axis-range checks, and of runs."""
     everything = those_that_count(result for claims in judgements.values() for result in claims)
     of_axes, met = bounds_in_words(everything), met_of(specification(everything))
     failed = sum(result.failure is not None for result in results)
@@ -166,11 +166,11 @@ def claim_group(identifier: str, name: str, title: str, status: str, links: Sequ
 
 
 def claim_rows(name: str, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> list[str]:
-    """Rows of the claims about a run or a procedure; the bounds of figures, which all read alike, fold into one."""
+    """Return rows of the claims about a run or a procedure; axis-range checks, which all read alike, fold into one."""
     own = next((figure for figure in shown if name in figure.names), None)
     rows = {k: claim_row(anchor("claim", name, str(k)), judged, shown, own) for k, judged in enumerate(claims)}
     bounds = [k for k, judged in enumerate(claims) if judged.claim.figure is not None]
-    words = bounds_in_words(claims[k] for k in bounds) or f"{len(bounds)} bounds by the axes of figures"
+    words = bounds_in_words(claims[k] for k in bounds) or f"{len(bounds)} axis-range checks"
     folded = [f'<tr class="bounds"><td colspan="5"><details><summary>{escape(words)}</summary><table><tbody>'
               + "\n".join(rows.pop(k) for k in bounds) + "</tbody></table></details></td></tr>"] if bounds else []
     return [*rows.values(), *folded]
@@ -184,7 +184,7 @@ def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown | Show
               own: Shown | ShownChart | None) -> str:
     """One claim; its source links to the figures, of those with the same number to the first; `own` has its curves.
 
-    Bounds of figures leave out their text, which is the same of all.
+    Axis-range checks all have the same text, which is left out.
     """
     claim = result.claim
     reason = why(result) + what_if(result, own)
@@ -238,7 +238,7 @@ def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:
         for k, result in enumerate(judgements.get(name, ())):
             if every or shown.number in cited_figures(result.claim.source):
                 measured = f" Measured: {typeset(result.measured_text)}" if result.measured_text else ""
-                # All bounds of figures have one text.
+                # All axis-range checks have one text.
                 words = typeset(result.claim.criterion)
                 words = words if result.claim.figure is not None else f"{escape(result.claim.text)} ({words})"
                 items.append(f'<li data-verdict="{result.verdict}"><a href="#{anchor("claim", name, str(k))}">'

@@ -146,7 +146,7 @@ def leading(label: str, labels: Sequence[str], won: Sequence[Row]) -> str:
     """Where a run leads most over the next one, in parentheses, of the rows in which it is the best."""
     if not won:
         return ""
-    # What is 0 in one run is no more than the least in proportion, what never ends is the most.
+    # A metric that is 0 in one run has no lead in proportion; a metric that never ends in another has the largest.
     most = max(won, key=lambda row: row.lead if row.least else 1.0)
     other = min((rival for rival in labels if rival not in most.best), key=most.values.__getitem__)
     return f" (most in {most.name} of {most.of}, {most.text(label)} against {most.text(other)})"

@@ -23,7 +23,7 @@ from maglev.runs.execution import RunResult
 from maglev.scenario.quantities import printed
 
 SLOWEST = 0.1      # Hz, where curves of the sensitivity begin
-FAINTEST = -80.0   # dB, of what is drawn: an internal model leaves nothing of its frequency
+FAINTEST = -80.0   # dB, lower bound of the drawn values: an internal model leaves nothing at its frequency
 SMOOTH = 0.05      # dB, of the points that are left out
 MOST_POINTS = 400
 FEWEST = 64        # samples of a recording that has a spectrum

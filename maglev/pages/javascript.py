@@ -18,7 +18,7 @@ WIDTH = 118       # of a line
 INDENT = "  "
 MATH = {"sin", "cos", "tan", "atan", "sqrt", "exp", "expm1", "log", "sinh", "cosh", "tanh", "floor"}
 CONSTANTS = {"pi": "Math.PI", "inf": "Infinity", "nan": "NaN"}
-# Operators, and how closely they bind: what binds less is put into parentheses.
+# Operators with their precedence: an operand of lower precedence is put into parentheses.
 BINARY = {ast.BitAnd: ("&", 3), ast.LShift: ("<<", 4), ast.Add: ("+", 5), ast.Sub: ("-", 5), ast.Mult: ("*", 6),
           ast.Div: ("/", 6)}
 COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "===", ast.NotEq: "!=="}

@@ -21,7 +21,7 @@ class Factor:
     name: str
     unit: str                  # SI, or that of texts
     values: NDArray[Any]       # numbers or texts, shape (n,)
-    sets: Mapping[str, NDArray[Any]] = field(default_factory=dict)   # by what is set, shape (n,)
+    sets: Mapping[str, NDArray[Any]] = field(default_factory=dict)   # by the set quantity, shape (n,)
 
     def shown(self) -> dict[str, Any]:
         """Return the data for the page's script, with None for a target that is set to the values themselves."""

@@ -197,7 +197,7 @@ def visible_tilts(stage: StageDescription) -> dict[str, Any]:
     """
     seen = zip(stage.horizontal, reversed(stage.rotations), (1, -1), ("x", "z"), strict=False)
     return {along.name: {"axis": tilt.name, "sign": sign, "place": place} for along, tilt, sign, place in seen
-            if len(stage.horizontal) == 2}   # with one, the tilt is about what is seen from the side
+            if len(stage.horizontal) == 2}   # with one, the tilt is about the direction of view from the side
 
 
 def places(stage: StageDescription) -> dict[str, list[tuple[float, float]]]:

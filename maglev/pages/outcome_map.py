@@ -14,7 +14,7 @@ PASSES, TOUCHED, ASTRAY, TRIPPED, STOPPED, BROKEN = range(6)
 OUTCOMES = ("passes", "passes after it touched a stop", "is beyond a limit", "trips", "ends at a stop",
             "is not run to its end")
 
-TIMES = ("trip time", "stop contact time")   # columns of what is lost; a stage without a trip has no such time
+TIMES = ("trip time", "stop contact time")   # columns of the times of a loss; a stage without a trip has no trip time
 LEAST_CELLS = 100   # of a map; fewer have their numbers in them
 
 

@@ -13,7 +13,7 @@ from maglev.pages.law_map import LawMap, maps_data
 from maglev.runs.procedure_outcome import ValueTable
 
 PAGE = "docs/results_faults.md"
-MARKED = 6   # number of the look of what is marked in a map: `LOOKS` of map.js
+MARKED = 6   # number of the look of marked samples in a map: `LOOKS` of map.js
 
 
 class Kind(NamedTuple):
@@ -30,7 +30,7 @@ class Kind(NamedTuple):
     maps_of: Callable[[StageGrids], list[list[LawMap]]]         # of all laws, by the sides that they have
     rows: Callable[[StageGrids], list[tuple[str, ...]]]         # of the table of a stage, the heading first
     outcomes: tuple[str, ...]
-    looks: tuple[int, ...]       # of the outcomes, numbers of `LOOKS`; what means the same has the same in all kinds
+    looks: tuple[int, ...]       # of the outcomes, numbers of `LOOKS`; equal outcomes have equal looks in all kinds
     dots: str = ""               # what a mark means; empty if there is none
 
 

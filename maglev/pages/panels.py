@@ -8,8 +8,8 @@ from maglev.scenario.quantities import PRINTED_UNITS
 
 class PanelKind(NamedTuple):
     of: Literal["axis", "motor", "column"]   # what it shows; a column is an output of a user's own
-    name: str                    # its title, with {} for what it shows
-    unit: str                    # SI, of its values; what is of metres is of radians on a rotation
+    name: str                    # its title, with {} for an axis or motor
+    unit: str                    # SI, of its values; metres become radians on a rotation
     tolerance: float             # SI, of the lines in a page; of a user's outputs a share of the largest value
     digits: int                  # of a readout, behind the point
     floor: float | None = None   # SI, from which on it is logarithmic; None: linear

@@ -39,7 +39,7 @@ def runs_data(results: Sequence[RunResult], shown: Sequence[Shown],
     while True:
         runs = {name: run_signals(result, shown, most, kinds, result.plan.name in films) for result, name, kinds in (
             *((result, result.plan.name, tuple(PANELS)) for result in results),
-            # What claims blame friction for is seen in the motion.
+            # The motion shows the effects for which claims blame friction.
             *((result, again_name(result), panel_kinds("axis")) for result in frictionless))
             if len(result.time) and (result.plan.procedure is None or name in films
                                      or any(figure.has(result.plan.name) for figure in shown))}

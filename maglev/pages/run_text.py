@@ -58,7 +58,7 @@ CURVE_COLUMNS = ("figure", "panel", "curve", "x", "y", "margin")
 def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult], briefly: bool = False) -> None:
     """Print the metrics of a run, the claims about it with their verdicts, and how it ended.
 
-    Briefly without bounds by the axes of figures, of which the last line has the sum, and with claims in fewer words.
+    `briefly` shortens the claims and leaves out axis-range checks, whose number is in the last line.
     """
     claims = [judged for judged in verdicts if judged.claim.figure is None] if briefly else verdicts
     tables = [(short_claims if briefly else claim_table)(title, of_kind) for title, of_kind in titled_claims(claims)]
@@ -156,13 +156,14 @@ def metric_tables(plan: RunPlan, metrics: Metrics) -> list[ResultTable]:
     after: Starts = {(of, event.time): (f"{event.name}, {event.time:g} to {event.end:g} s", of)
                      for event in metrics.events for of in (*plan.axes, *plan.motors)}
     begin = plan.metrics.tracking_from
-    heads = {"step": ("Steps: settling is the time to the last error beyond a band, in the window",
+    heads = {"step": ("Steps: settling time is the time after which the error stays within a band",
                       ("window", "axis", "from", "to")),
-             "event": ("Events: recovery is the time to the last error beyond a band", ("after", "axis")),
-             "axis": ("Errors over the run" + ("" if begin is None else f"; of tracking from t = {begin:g} s on"),
+             "event": ("Events: recovery time is the time after which the error stays within a band",
+                       ("after", "axis")),
+             "axis": ("Errors over the run" + ("" if begin is None else f"; tracking errors from t = {begin:g} s on"),
                       ("axis",)),
              "motor": ("Currents: absolute values", ("motor",)),
-             "effort": ("Effort after events", ("after", "motor"))}
+             "effort": ("Currents after events", ("after", "motor"))}
     return [measure_table(*heads[kind], of_kind, after if kind in ("event", "effort") else steps)
             for (kind, _), of_kind in sorted(groups.items(), key=lambda group: list(heads).index(group[0][0]))]
 
@@ -192,7 +193,7 @@ def titled_claims(results: Sequence[ClaimResult]) -> list[tuple[str, Sequence[Cl
     """A user's own claims, the thesis's in words and the bounds of its figures, with titles, without empty ones."""
     return [(f"{title}: {met_of(claims)} met" if met_of(claims) else title, claims) for title, claims in (
         ("Your specification", specification(results)), ("Claims of the thesis", sentences(results)),
-        ("Bounds by the axes of figures", bound_claims(results))) if claims]
+        ("Axis-range checks", bound_claims(results))) if claims]
 
 
 def short_claims(title: str, results: Sequence[ClaimResult]) -> ResultTable:
@@ -207,7 +208,7 @@ def short_claims(title: str, results: Sequence[ClaimResult]) -> ResultTable:
 def fitted_to(results: Sequence[ClaimResult]) -> str:
     """Footnote of the stars: the parameters that were fitted to claims; empty if there are none."""
     chosen = dict.fromkeys(judged.claim.chose for judged in results if judged.claim.chose)
-    return f"* no independent evidence: used to choose {'; '.join(chosen)}" if chosen else ""
+    return f"* not independent: the claim was used to choose {'; '.join(chosen)}" if chosen else ""
 
 
 def claim_table(title: str, results: Sequence[ClaimResult]) -> ResultTable:
@@ -238,7 +239,7 @@ def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Se
     totals = count_verdicts(sentences(claims))
     shown = [verdict for verdict in VERDICTS if totals[verdict]]
     procedures = counted(outcomes, "procedure") if outcomes else ""
-    return result_table("Verdicts on the claims", ("run", "outcome", *shown, "bounds met"), [
+    return result_table("Verdicts on the claims", ("run", "outcome", *shown, "axis-range checks met"), [
         *([run.plan.name, short_outcome(run), *counted_cells(verdicts[run.plan.name], shown)]
           for run in results if is_listed(run, verdicts)), None,
         *([outcome.settings.name, counted(outcome.values, "value"),
@@ -256,7 +257,7 @@ def claims_in_order(results: Sequence[RunResult], verdicts: Judgements,
 
 
 def counted_cells(claims: Sequence[ClaimResult], shown: Sequence[Verdict]) -> list[str | Text]:
-    """Cells of the table of many runs: numbers of claims in words by the verdicts that are shown, and bounds met."""
+    """Return cells of the table of many runs: numbers of claims in words by verdict, and axis-range checks met."""
     if not claims:
         return ["no claims"]
     counts = count_verdicts(sentences(claims))
@@ -270,9 +271,9 @@ def counted(items: Sequence[object], noun: str) -> str:
 
 
 def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> str:
-    """Claims in words, and the bounds of figures, as tables in Markdown: where, what, value expected, ours, verdict.
+    """Return claims in words and axis-range checks as tables in Markdown: run, claim, source, values and verdict.
 
-    A user's own runs go before the thesis's, and apart.
+    A user's own runs have tables of their own, before the thesis's.
     """
     own, packaged = own_and_packaged(results, outcomes)
     mine = claims_in_order(own.results, verdicts, own.outcomes)
@@ -297,7 +298,7 @@ def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes
         rows = [row for row in claims if row[1].claim.figure is None and row[1].claim.kind == kind]
         text += f"## {name.capitalize()}\n\n{claims_table('claim', rows)}\n" if rows else ""
     of_figures = [row for row in claims if row[1].claim.figure is not None]
-    text += f"## Bounds by the axes of figures\n\n{claims_table('bound', of_figures)}" if of_figures else ""
+    text += f"## Axis-range checks\n\n{claims_table('check', of_figures)}" if of_figures else ""
     return TAG.sub("&lt;", visible(text))
 
 
@@ -309,7 +310,7 @@ def kinds_markdown(claims: Sequence[ClaimResult]) -> str:
     """
     totals = count_verdicts(sentences(claims))
     shown = [verdict for verdict in VERDICTS if totals[verdict]]
-    apart = {"reproduced, not independent": "chose", "reproduced, given to the plant": "given"}
+    apart = {"reproduced, not independent": "chose", "reproduced, given to the plant": "given"}   # heads, and keys
     apart = apart if totals["reproduced"] else {}
     rows = []
     for name, of_kind in [*by_kind(claims).items(), ("all", sentences(claims))]:
@@ -334,14 +335,16 @@ def markdown_rows(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str
 
 
 def outcome_line(result: RunResult, metrics: Metrics) -> str:
-    """One line on how the run ended, with its largest error at the end."""
+    """Return a line on how the run ended, with its largest error at the end."""
     errors = [] if metrics.ended_off else worst_of(result.plan, metrics.end_errors)
     return result.ending + (": " if errors and result.ending == COMPLETED else ", " if errors else "") + ", ".join(
         f"largest end error {error}" for error in errors)
 
 
 def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
-    """How long a run was simulated, its worst error, and how many of its claims hold; empty if it did not complete."""
+    """Return the simulated time of a run, its worst error and the number of claims that hold; empty if it did not
+    complete.
+    """
     if result.metrics is None:
         return ""
     tracking = {tracking.axis: tracking.peak_tracking_error for tracking in result.metrics.tracking}
@@ -353,14 +356,12 @@ def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
 
 
 def sums(claims: Sequence[ClaimResult]) -> list[str]:
-    """Return how many of the claims hold that could be judged, and how many bounds of figures; empty where there is
-    none.
-    """
+    """Return how many of the judged claims hold, and how many of the axis-range checks; empty without claims."""
     judged = [claim.verdict for claim in [*specification(claims), *sentences(claims)]
               if claim.verdict not in ("not testable", "not run", "modified run")]
     good = sum(verdict in ("reproduced", "met") for verdict in judged)
     return [*([f"{good} of {counted(judged, 'claim')} hold{'s' if len(judged) == 1 else ''}"] if judged else []),
-            *([f"{bounds_met(claims)} bounds by the axes of figures met"] if bounds_met(claims) else [])]
+            *([f"{bounds_met(claims)} axis-range checks met"] if bounds_met(claims) else [])]
 
 
 def short_outcome(result: RunResult) -> str:
@@ -372,7 +373,7 @@ def short_outcome(result: RunResult) -> str:
 
 
 def worst_of(plan: RunPlan, errors: Mapping[str, float]) -> list[str]:
-    """The largest of errors by axis, with its axis, if there are axes, and the largest one of the rotations."""
+    """Return the largest error of the axes that move, and that of those that rotate, each with its axis."""
     worst: dict[str, tuple[float, str]] = {}
     for axis, error in errors.items():
         unit = plan.axes[axis].unit
@@ -381,7 +382,7 @@ def worst_of(plan: RunPlan, errors: Mapping[str, float]) -> list[str]:
 
 
 def show_outcome(console: Console, outcome: Outcome, claims: Sequence[ClaimResult]) -> None:
-    """Print what a procedure found, and the claims about it with their verdicts."""
+    """Print the results of a procedure, and the claims about it with their verdicts."""
     console.print(heading(outcome.settings.name, outcome.settings.title))
     for table in outcome.tables:
         console.print(result_table(table.title, table.header, table.rows, left=len(table.header)))

@@ -26,16 +26,16 @@ INDEX = "index.html"
 SCENE = ("camera.js", "scene.js", "space.js", "gap.js")
 PLACE = "<!--shell-->"
 HEAD = 4000   # bytes of a page in which its head stands
-SAID = 240    # characters of what a page says that the index has
+SAID = 240    # characters of a page's description in the index
 SAYS = re.compile(r'<meta name="maglev-page" content="(\w+)">')
 TITLE = re.compile(r"<title>(.*?)</title>", re.DOTALL)
-# The beginning of NAME.json of a run: name, title, and what came of it, as JSON; and the files that lie next to it.
+# The beginning of NAME.json of a run: name, title and ending, as JSON; and the files next to it.
 RUN = re.compile(r'\{\s*"name": ("[^\n]*"),\s*"title": ("[^\n]*"),\s*"outcome": "[^\n]*,\s*"ending": ("[^\n]*"),')
 RUN_FILES = ("txt", "csv", "parquet", "json")
 COMMENT = re.compile(r"^(?: *//.*|/\*\*[^`]*?\*/)\n| {2,}// .*$", re.MULTILINE)   # lines, or behind code
 ABOUT = re.compile(r'<meta name="description" content="(.*?)">', re.DOTALL)
 
-# Kinds of pages in their order, and what one and several of them are called.
+# Kinds of pages in their order, with their names in singular and plural.
 KINDS = {"report": ("Report", "Reports"), "live": ("Live stage", "Live stages"),
          "compare": ("Comparison", "Comparisons"), "study": ("Study", "Studies")}
 PLOTS = "script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"   # what a page with plots needs

@@ -21,7 +21,7 @@ from maglev.scenario.procedure import ProcedureSettings
 POINTS = 31            # of a predicted curve over the air gap
 CONVERGENCE = 400      # points of an estimate over time, at most
 ERRORS = 2.0           # standard errors to both sides of a curve
-DIFFERENCE = 1e-4      # share of a constant, for the slopes of what it predicts
+DIFFERENCE = 1e-4      # share of a constant, for the slopes of the prediction
 BAND = f"The band is {ERRORS:g} standard errors wide to both sides; it does not contain the effect of friction."
 
 

@@ -1,7 +1,6 @@
-"""How runs ended, in the same words everywhere: failed by a stop or a trip, when and on which axis, or off target."""
+"""How runs ended, in the same words everywhere: completed, failed, off target or aborted, with the cause and axis."""
 
 import re
-from collections.abc import Mapping
 from math import inf
 from typing import NamedTuple
 
@@ -12,14 +11,14 @@ from maglev.scenario.run_plan import RunPlan
 COMPLETED = "completed"
 ABORTED = "did not complete"
 
-# Causes by how endings in words begin, the worst first; what follows is the axis.
+# Causes by the beginning of an ending in words, the worst first; the axis follows.
 CAUSES = {ABORTED: "an abort", "failed: touched an end stop": "an end stop", "failed: the controller tripped": "a trip",
-          "ended": "an end off target"}
+          "ended off target": "an end off target"}
 AXIS = re.compile(r" on (\w+)")
 
 
 class Event(NamedTuple):
-    """The event that ended the flight of a run: its time (s), its words, one word for narrow tables, and its axis."""
+    """The event that made a run fail: its time (s), its words, one word for narrow tables, and its axis."""
 
     time: float
     words: str
@@ -40,20 +39,16 @@ def events(metrics: Metrics | None) -> list[Event]:
     return sorted(Event(time, words, word, axis) for time, words, word, axis in happened if time is not None)
 
 
-def off_text(plan: RunPlan, errors: Mapping[str, float]) -> str:
-    """How far off a run ended, such as "1.04 mm off on z", by error (m, rad) and axis; empty if it is on target."""
-    return ", ".join(f"{printed(error, plan.axes[axis].unit)} off on {axis}" for axis, error in errors.items())
-
-
 def ending(plan: RunPlan, metrics: Metrics, brief: bool = False) -> str:
-    """Say how a run ended: "failed: …" of a stop or a trip, "ended … off on z", or "completed"."""
+    """Return how a run ended: "failed: touched an end stop …", "ended off target: 1.04 mm on z", or "completed"."""
     if happened := events(metrics):
         return "failed: " + (happened[0].text(brief) if brief else ", ".join(event.text() for event in happened))
-    return f"ended {off_text(plan, metrics.ended_off)}" if metrics.ended_off else COMPLETED
+    errors = ", ".join(f"{printed(error, plan.axes[axis].unit)} on {axis}" for axis, error in metrics.ended_off.items())
+    return f"ended off target: {errors}" if errors else COMPLETED
 
 
 def endings(plan: RunPlan, many: ManyMetrics) -> list[str]:
-    """Say the same of each of many runs."""
+    """Return how each of many runs ended."""
     said = [COMPLETED] * len(many.failed)
     for k in (many.failed | many.ended_off).nonzero()[0].tolist():
         off = {axis: float(errors[k]) for axis, errors in many.end_errors.items()
@@ -65,7 +60,7 @@ def endings(plan: RunPlan, many: ManyMetrics) -> list[str]:
 
 
 def severity(said: str) -> int:
-    """Place of an ending in words among all, 0 of an abort, the largest of a run that completed."""
+    """Return the rank of an ending in words: 0 for an abort, the largest for a run that completed."""
     return next((k for k, begin in enumerate(CAUSES) if said.startswith(begin)), len(CAUSES))
 
 

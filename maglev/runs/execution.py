@@ -35,7 +35,7 @@ T = TypeVar("T", bound=Ended)
 @dataclass(frozen=True)
 class RunResult:
     plan: RunPlan
-    # every output interval of the plan; of a run that did not complete nothing, or what was until then
+    # every output interval of the plan; of a run that did not complete nothing, or the rows until then
     recording: Recording = field(default_factory=lambda: Recording(np.zeros(0), {}))
     metrics: Metrics | None = None   # what was measured; None if nothing was, or the run did not complete
     failure: str | None = None   # why the run did not complete
@@ -113,7 +113,7 @@ def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: P
         raise RunFailed(f"{error}; {keep_recording(files, error.recording, every)}", error.recording) from error
     except RunInterrupted as error:
         message = f"{error}; {keep_recording(files, error.recording, every)}"
-        files.set_aside()   # what an earlier run has left must not pass for what this one gave
+        files.set_aside()   # the files of an earlier run must not pass for those of this one
         raise RunInterrupted(message, error.recording, error.number) from error
     except Interrupted as error:
         if not results:
@@ -244,7 +244,7 @@ def execute_or_fail(out: Path, form: Format, experiment: Experiment, ends: Ends,
     try:
         return execute(replace(experiment, plan=started(experiment.plan, ends)), out, form, progress)
     except FAILURES as error:
-        # What an earlier run has left must not pass for what this one gave.
+        # The files of an earlier run must not pass for those of this one.
         ResultFiles(out, experiment.plan.name).set_aside()
         return failed_run(experiment, in_one_line(error), "".join(format_exception(error)))
 

@@ -264,7 +264,7 @@ def times_of(experiment: CarriedExperiment, description: ModelDescription, run: 
 
     apart = np.diff(expected)
     start = first(experiment.start_time, run.get("StartTime"), of_default("startTime"), 0.0)
-    # A default experiment need not be that of the results: they can go on after it.
+    # A default experiment need not be that of the results: they can continue after it.
     stop = first(experiment.stop_time, run.get("StopTime"), max(float(of_default("stopTime") or 0.0), expected[-1]))
     step = first(experiment.step, run.get("StepSize") or None, of_default("stepSize"), internal,
                  *((np.median(apart[apart > 0.0]),) if (apart > 0.0).any() else ()))   # an event can be just next to

@@ -33,7 +33,7 @@ from maglev.scenario.run_plan import RunPlan
 from plant_fmu.winding import COPPER
 
 STEADY_SHARE = 0.1      # of a window, at its end
-TRANSIENT = 1.1         # times the steady peak of the tracking error; what is beyond belongs to the transient
+TRANSIENT = 1.1         # times the steady peak of the tracking error; a larger error belongs to the transient
 TIME_TOLERANCE = 1e-9   # s
 CHUNK = 1000            # samples, which stay in the processor's cache
 
@@ -99,7 +99,7 @@ class Meter:
         if tracking_from is not None and self.tracked == points:
             raise MeasurementError(f"the run ends at {time[-1]} s, expected samples after tracking_from = "
                                    f"{tracking_from} s")
-        # The sample at the end belongs to what begins there, except for that at the end of the run.
+        # The sample at the end of an event belongs to the next one, except at the end of the run.
         self.events = [(first_sample(time, event.time),
                         points if until >= time[-1] - TIME_TOLERANCE else first_sample(time, until))
                        for event, until in zip(plan.events, plan.event_ends, strict=True)]

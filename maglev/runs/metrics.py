@@ -195,7 +195,7 @@ def phase_resistances(plan: RunPlan) -> Callable[[Mapping[str, Any]], dict[str, 
     description of the stage. A replaced plant without such a parameter is taken for that stage.
     """
     described = {motor.name: motor.winding.resistance for motor in plan.stage.motors} if plan.stage is not None else {}
-    known: dict[str, tuple[str, Any]] = {}   # by motor: what sets it, and its value without
+    known: dict[str, tuple[str, Any]] = {}   # by motor: the parameter, and its value without the limit
     for name, motor in plan.motors.items():
         full = f"{winding_of(motor)}.resistance"
         fmu, _, variable = full.partition(".")

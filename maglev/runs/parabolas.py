@@ -55,7 +55,7 @@ def measured_thrust(result: RunResult, stage: EstimatedStage) -> list[Thrust]:
     thrusts = []
     for axis in axes:
         constant = row_of(stage, axis).constants[0]
-        # The first row is what was there before the first command.
+        # The first row has the values before the first command.
         currents = [column(result, f"plant.{motor.name}.i_q") for motor in stage.described.motors_of(axis)]
         i_q = float(np.mean(currents, axis=0)[1:end].mean())
         position = positions[axis][:end]

@@ -62,7 +62,7 @@ class Experiment:
     order: Order = OPTIONS["order"].default   # "sequential" or "jacobi", see `wire`
     # what the FMUs that were put in call their ports, by name in the run
     ports: dict[str, PortMap] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()   # sentences about what these FMUs lack or leave open
+    notes: tuple[str, ...] = ()   # sentences about inputs or outputs that these FMUs lack or leave open
     changes: tuple[str, ...] = ()   # values that differ from the plan's
     put_in: tuple[str, ...] = ()   # names of the FMUs that take the place of the plan's
     timeout: float = TIMEOUT   # longest time that a call of an FMU which is not of this project may take, s

@@ -57,14 +57,13 @@ class UsedFmu:
     # "Python" or "native" of this project's, "Python file" or "Python class" of a user's, "foreign" otherwise
     kind: str
     put_in: bool   # whether it takes the place of the plan's
-    built_here: bool = False   # whether its content is what this installation builds
+    built_here: bool = False   # true if its content is that of an FMU that this installation builds
     # every start value that it was given, SI, by variable; the others are its own
     start: dict[str, float | int | bool | str] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)   # why others of the plan were not given to it
     # of an FMU; of a user's Python file and of the modules next to it, by file name; of a class's text
     sha256: dict[str, str] = field(default_factory=dict)
-    # SHA-256 of the library of this machine in an FMU; versions of what a user's Python file imports, and no FMU
-    # carries
+    # SHA-256 of the library of this machine in an FMU; versions of packages that a user's Python file imports
     libraries: dict[str, str] = field(default_factory=dict)
 
     @classmethod
@@ -96,10 +95,10 @@ class Provenance:
     fmus: tuple[UsedFmu, ...]   # in the order of stepping
     # every value that differs from the plan's, "plant.y.mass = 8 instead of 6.9", and a step or order of its own
     changes: tuple[str, ...]
-    scenario: str   # SHA-256 of the scenario with what it extends
+    scenario: str   # SHA-256 of the scenario and of the files that it extends
     departures: tuple[str, ...]   # why it is not the package's experiment although nobody asked for another one
     code: str = field(default_factory=code)   # SHA-256 of the Python modules of this package
-    libraries: dict[str, str]   # SHA-256 of what makes the steps, if it is compiled
+    libraries: dict[str, str]   # SHA-256 of the compiled library that makes the steps, if there is one
     parameter_sets: dict[str, str]   # SHA-256 of files with start values, by path
 
     @property

@@ -181,7 +181,7 @@ def fit(plan: RunPlan, replaced: Mapping[str, Replacement]) -> tuple[RunPlan, li
         if lacking:
             says = partial(has_no, name, replacement.path)
             plan = without(plan, lacking, says)
-            # What somebody writes without a flag for it does not trip.
+            # A controller written by a user without a flag for a trip does not trip.
             told = dict.fromkeys(port for what, port in lacking if what != "trip" or not is_written(replacement.path))
             if told:
                 notes.append(f"{says([*told])}: metrics and claims that need them are left out")

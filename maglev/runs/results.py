@@ -22,7 +22,7 @@ from maglev.files.whole_file import whole_file
 from maglev.scenario.options import Format
 
 ROWS = 4096   # that are text at a time
-ABOUT = ("json", "txt", "png")   # endings of what is made of the columns
+ABOUT = ("json", "txt", "png")   # endings of the files that are made from the columns
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def run_sides(claim: RunClaim, metrics: Metrics | None, others: Mapping[str, Met
         return here, None
     if claim.than_axis is None:
         return here, metric_values(claim, other, None)
-    # What is compared with another axis has its counterpart there, at the same step.
+    # A value that is compared with another axis has its counterpart there, at the same step.
     return ([MeasuredValue(value, (claim.than_axis, time)) for value, (_, time) in here],
             metric_values(claim, other, [claim.than_axis]))
 

@@ -13,10 +13,10 @@ Verdict = Literal["reproduced", "within 10 %", "no difference", "not reproduced"
                   "modified run", "met", "not met"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 
-# Of bounds by the axis of a figure and of a user's own specification; the others are on the thesis's sentences.
+# Verdicts of axis-range checks and of a user's own specification; the others are on the thesis's sentences.
 MET_OR_NOT: tuple[Verdict, ...] = ("met", "not met")
 
-ROUNDING = 1e-9   # m, A, or share of a limit or figure: what an encoder shows is a whole number of its steps up to this
+ROUNDING = 1e-9   # m, A, or share of a limit or figure: rounding error of an encoder reading, a number of its steps
 
 REPRODUCED = 0.05   # share of a figure within which it is reproduced: two significant digits round by no more
 CLOSE = 0.1         # share of the target within which a missed claim is "within 10 %"
@@ -61,8 +61,8 @@ class ClaimResult:
     @property
     def note(self) -> str:
         """Reason of the verdict, remark and the parameter that was fitted to the claim; empty if there is none."""
-        by = f"{'it' if self.claim.figure is None else 'this figure'} was used to choose"
-        chosen = f"no independent evidence: {by} {self.claim.chose}" if self.claim.chose else ""
+        evidence = "claim" if self.claim.figure is None else "figure"
+        chosen = f"not independent: the {evidence} was used to choose {self.claim.chose}" if self.claim.chose else ""
         return "; ".join(filter(None, (self.explanation, chosen if self.verdict != "not run" else "")))
 
     @property
@@ -78,38 +78,38 @@ class ClaimResult:
 
 
 def blames(claims: Iterable[ClaimResult], what: str) -> list[ClaimResult]:
-    """Claims that were missed and whose reason blames something that is assumed of the plant, such as "friction"."""
+    """Missed claims whose reason blames an assumption about the plant, such as "friction"."""
     return [result for result in claims if result.claim.because == what and result.verdict in MISSED]
 
 
-# What is measured for a claim and, if it is comparative, for its other side.
+# Measured values for a claim and, if it is comparative, for its other side.
 Sides = tuple[Sequence[MeasuredValue] | None, Sequence[MeasuredValue] | None]
 Judgements = Mapping[str, Sequence[ClaimResult]]   # claims with their verdicts, by name of the run or the procedure
 
 
 def count_verdicts(claims: Iterable[ClaimResult]) -> dict[Verdict, int]:
-    """Numbers of claims by verdict, also those that are 0."""
+    """Return the number of claims with each verdict, zeros included."""
     counts = Counter(claim.verdict for claim in claims)
     return {verdict: counts[verdict] for verdict in VERDICTS}
 
 
 def those_that_count(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
-    """Claims without those of other readings, which would count an experiment twice."""
+    """Return the claims without those of other readings, which would count an experiment twice."""
     return [claim for claim in claims if claim.counts]
 
 
 def specification(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
-    """Return the claims of a user's own: requirements on a run, with any controller."""
+    """Return the user's own claims: requirements on a run, with any controller."""
     return [claim for claim in claims if claim.claim.own]
 
 
 def sentences(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
-    """Claims that the thesis makes in words."""
+    """Return the claims that the thesis makes in words."""
     return [claim for claim in claims if claim.claim.figure is None and not claim.claim.own]
 
 
 def bound_claims(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
-    """Claims that the axis of a figure of the thesis makes."""
+    """Return the axis-range checks: claims that the axes of the thesis's figures make."""
     return [claim for claim in claims if claim.claim.figure is not None and not claim.claim.own]
 
 
@@ -121,40 +121,40 @@ def by_kind(claims: Iterable[ClaimResult]) -> dict[str, list[ClaimResult]]:
 
 
 def met_of(claims: Iterable[ClaimResult]) -> str:
-    """How many of the claims that are met or not met are met, such as "5 of 7"; empty if none was judged so."""
+    """Return how many of the claims that are met or not met are met, such as "5 of 7"; empty without such claims."""
     counts = count_verdicts(claims)
     total = sum(counts[verdict] for verdict in MET_OR_NOT)
     return f"{counts['met']} of {total}" if total else ""
 
 
 def bounds_met(claims: Iterable[ClaimResult]) -> str:
-    """How many of the figure bounds that were judged are met, such as "5 of 7"; empty if none was."""
+    """Return how many of the judged axis-range checks are met, such as "5 of 7"; empty if none was judged."""
     return met_of(bound_claims(claims))
 
 
 def bounds_in_words(claims: Iterable[ClaimResult]) -> str:
-    """The same in words, with how many of those met are no independent evidence; empty if none was judged."""
+    """Return the same in words, and how many of the met checks are not independent; empty if none was judged."""
     judged = bound_claims(claims)
     if not met_of(judged):
         return ""
-    chose = sum(claim.claim.chose is not None and claim.verdict == "met" for claim in judged)
-    return f"{met_of(judged)} bounds by the axes of figures are met" + (
-        f", {chose} of them no independent evidence: something in the run was chosen from that figure" if chose else "")
+    met = [claim for claim in judged if claim.verdict == "met"]
+    chose = sum(claim.claim.chose is not None for claim in met)
+    return f"{met_of(judged)} axis-range checks are met" + (
+        f", {chose} of these {len(met)} with a figure that was used to choose a parameter" if chose else "")
 
 
 def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
           there: Sequence[MeasuredValue] | None = None) -> ClaimResult:
-    """Judge a claim on its measured values, and on those that it compares with; None stands for a missing run.
+    """Judge a claim on its measured values, and on the values that it compares with; None means a missing run.
 
-    Of several measured values the one that decides is reported: with `over` "all" the one that meets the claim worst,
-    with "any" the one that meets it best. With "mean" it is their mean, with "median" the middle one or two of them.
-    One rule of rounding holds for all figures, whatever their number of digits: "about" allows a difference of at most
-    5 %. A claim that is missed by at most 10 % of its figure, the target or the factor, is "within 10 %", unless that
-    figure is assumed. One rule holds for all orderings without a factor: "more" or "less" needs a difference above 5 %,
-    otherwise the verdict is "no difference". The bound of a figure, and a claim of a user's own, is met or not, by the
-    value as it is.
+    One of several measured values decides and is in the result: with `over` "all" the worst one, with "any" the best
+    one. With "mean" it is their mean, with "median" the middle one or the mean of the middle two. "about" allows a
+    difference of at most 5 %, whatever the number of digits of the figure. A claim that is missed by at most 10 % of
+    its target or factor is "within 10 %", unless that figure is assumed. "more" or "less" without a factor needs a
+    difference above 5 %, otherwise the verdict is "no difference". An axis-range check, or a user's own claim, is met
+    or not met, without a tolerance.
 
-    Values to compare with stand under the place whose value is their counterpart; MeasurementError if none has one.
+    Values are compared with those of the same place. Raises MeasurementError if no place has both.
     """
     if claim.quantity is None:
         return ClaimResult(claim, None, "not testable")
@@ -174,16 +174,16 @@ def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
 
 
 def of_modified_runs(results: Iterable[ClaimResult]) -> list[ClaimResult]:
-    """Results without verdicts on the thesis, for runs that are not the thesis's; a user's own claims keep theirs."""
+    """Return the results of modified runs, without verdicts on the thesis; a user's own claims keep theirs."""
     return [result if result.claim.own or result.verdict in ("not testable", "not run")
             else replace(result, verdict="modified run") for result in results]
 
 
 def within(claim: Claim, values: Sequence[float], limits: tuple[float, float]) -> ClaimResult:
-    """Judge the bound of a figure on measured values.
+    """Judge an axis-range check on measured values.
 
-    Automatic limits are the last ticks that hold the data: of an extreme the limit on the side of the data is excluded,
-    for an axis could have ended there.
+    Automatic limits are the first ticks beyond the data. An extreme at the inner limit is not met, because the axis
+    would then have ended there.
     """
     low, high = limits
     measured = decisive(claim, values, mean, lambda value: max(low - value, value - high), float)
@@ -210,14 +210,14 @@ def least_ratio(claim: Claim) -> float:
 
 
 def figure_verdict(claim: Claim, met: bool, value: float, figure: float) -> Verdict:
-    """Verdict on a claim about a figure, a target or a factor, that a value meets or misses."""
+    """Return the verdict on a claim about a target or a factor that a value meets or misses."""
     if claim.own:
         return "met" if met else "not met"
     if claim.claims_a_difference and 1.0 / DIFFERENCE < value < DIFFERENCE:
         return "no difference"
     if met:
         return "reproduced"
-    # "More" and "less" name no figure that could be missed by little, nor does what is assumed.
+    # Only a stated figure can be missed by little: "more" and "less" name none, and an assumed one does not count.
     named = not claim.assumed and claim.relation != "is" and not (claim.comparative and figure == 1.0)
     return "within 10 %" if named and abs(value - figure) <= CLOSE * abs(figure) else "not reproduced"
 
@@ -256,6 +256,6 @@ def meets(claim: Claim, value: float, target: float) -> bool:
     if claim.relation == "is":
         return value == target
     if claim.relation == "about":
-        # The factor lets a value exactly at the edge count in spite of binary rounding.
+        # The factor accepts a value exactly at the edge in spite of binary rounding.
         return abs(value - target) <= REPRODUCED * abs(target) * (1.0 + ROUNDING)
     return miss(claim, value, target) < 0.0

@@ -15,8 +15,8 @@ from maglev.scenario.toml_table import Metres, Seconds, Table, ValueKind, key_re
 
 OF_ANGLES = ("rad", "rad.s")   # SI units of claims about rotations
 
-# What a claim in words states: a number that is printed, that there is more or less of something than elsewhere, a
-# limit that is kept, or whether the stage stays in the air. They are counted apart, in this order and in these words.
+# Statement of a claim in words: a printed number, more or less of something than elsewhere, a limit that is kept, or
+# whether the stage stays in the air. They are counted separately, in this order and under these names.
 ClaimKind = Literal["number", "ordering", "specification", "survival"]
 CLAIM_KINDS: dict[ClaimKind, str] = {"number": "printed numbers", "ordering": "orderings",
                                      "specification": "specifications", "survival": "survival"}
@@ -80,8 +80,8 @@ class Claim(Table):
         default=None, alias="kind", description="kind of the claim; otherwise a number with the relation about, an "
                                                 "ordering with `than`, survival for true or false, or else a "
                                                 "specification")
-    chose: str | None = Field(default=None, description="parameter that was chosen by the claim or its figure, so "
-                                                        "that it is no independent evidence")
+    chose: str | None = Field(default=None, description="parameter that was chosen to fit the claim or its figure, "
+                                                        "so that the claim is not independent")
     given: str | None = Field(default=None, description="value that the plant got from the thesis and that decides "
                                                         "the claim: it tests the method, not the thesis")
     reason: str | None = Field(default=None, description="why the claim does not reproduce")

@@ -33,7 +33,7 @@ from pmlsm.description_text import to_text
 
 SHIPPED = HERE / "maglev" / "shipped"          # only in the wheel of a release
 COMPILER = ("ziglang",)                         # what native FMUs are made with
-TOOLS = ("fmpy", "pythonfmu", *COMPILER)        # parts of what is built are theirs
+TOOLS = ("fmpy", "pythonfmu", *COMPILER)        # parts of built FMUs come from these
 
 
 def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: str | None = None, fmi: int = 2, *,

@@ -22,7 +22,7 @@ from maglev.user.scenario_loop import loop_table, setpoint_signals
 HERE = Path(__file__).parents[1]
 PACKAGED = next(folder for folder in (HERE / "scenarios", HERE.parent / "scenarios") if folder.is_dir())
 
-Scenario = str | Path | Mapping[str, Any]   # a name or a file, or what would be in one
+Scenario = str | Path | Mapping[str, Any]   # a name or a file, or the content of one
 
 GIVEN: dict[Path, str] = {}   # scenarios that were given as tables, as JSON, by the paths that stand for them
 

@@ -30,7 +30,7 @@ class Option:
     """An option of runs, on the command line and in Python."""
 
     flag: str                         # on the command line
-    typed: Any                        # as what the command line reads it
+    typed: Any                        # the value as the command line reads it
     help: str
     default: Any = None
     group: str = ""                   # in the help; empty for those that matter first

@@ -20,7 +20,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "forgetting": ("jump",),
 }
 
-# Figures that a kind draws: what `figures` may number.
+# Figures that a kind draws, which `figures` may number.
 FIGURES: dict[str, tuple[str, ...]] = {
     "parabolas": ("motion h", "motion x", "motion z", "thrust", "simultaneous"),
     "equilibrium": ("currents",),

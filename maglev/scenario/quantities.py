@@ -7,12 +7,12 @@ from typing import Literal, NamedTuple
 from maglev.files.fmi_units import typeset_unit
 from maglev.files.units import known_unit, si_factor, to_unit
 
-# Units that people read, by the SI unit, and what a small value has instead of them.
+# Printed units, by the SI unit, and the units of small values.
 PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m.s": "mm.s", "rad.s": "mrad.s"}
 SMALL_UNITS = {"mm": "µm", "mrad": "µrad", "s": "ms", "mm.s": "µm.s", "mrad.s": "µrad.s"}
 SMALL = 0.1   # of the unit, below which it has another one
 
-# What a quantity is measured on, and the keys with which a claim may pick some of its values.
+# Objects on which a quantity is measured, and the keys with which a claim may pick some of its values.
 MeasuredOn = Literal["axis", "tracking", "step", "motor", "event", "effort", "column", "run", "procedure"]
 PICKED_BY: dict[MeasuredOn, tuple[str, ...]] = {
     "axis": ("axes",), "tracking": ("axes",), "step": ("axes",), "motor": ("motors",), "event": ("axes", "event"),
@@ -131,7 +131,7 @@ METRICS = by_name(
     MeasuredQuantity("highest", "column", needs="columns"),
     MeasuredQuantity("largest", "column", needs="columns"))    # absolute value
 
-# Deviations are shares of what they are from, but that of the equilibrium current. L is the thrust per current.
+# Deviations are relative, except for that of the equilibrium current. L is the thrust per current.
 PROCEDURE_VALUES = by_name(
     MeasuredQuantity("constant", "procedure", needs="constant"),           # estimate
     MeasuredQuantity("average constant", "procedure", needs="constant"),   # mean over the air gaps

@@ -90,7 +90,7 @@ class FmuTable(Table):
     file: str | None = Field(default=None, description="path of an FMU, or of a Python file with a class, from the "
                                                        "folder of the scenario; it overrides `model` of a base file")
     start: dict[str, Start] = Field(default={}, description="start values of parameters and inputs, by variable")
-    inherited: dict[str, Start] = {}   # start values of what it takes the place of in a file that extends another
+    inherited: dict[str, Start] = {}   # start values of the FMU that it replaces in a file that extends another
     start_from: dict[str, RunOutput] = Field(default={}, description="start values that are results of other runs, by "
                                              "variable")
     inputs: dict[str, str] = Field(default={}, description="connections: an output `fmu.variable` by the name of the "
@@ -227,8 +227,8 @@ class RunPlan(Table):
     another_reading: StrictBool = Field(default=False, description="true if it is an alternative interpretation of an "
                                                                    "experiment: its claims are judged, but not "
                                                                    "counted")
-    chose: str | None = Field(default=None, description="parameter that was chosen by the claims, which are then no "
-                                                        "independent evidence: for all claims without their own "
+    chose: str | None = Field(default=None, description="parameter that was chosen to fit the claims, which are "
+                                                        "then not independent: for all claims without their own "
                                                         "`chose`")
     stop_time: Seconds = Field(gt=0.0, description="end of the run, a multiple of `step`")
     step: Seconds = Field(gt=0.0, description="communication step, in which FMUs exchange values once")

@@ -36,9 +36,9 @@ SHORTEST_WAY = 1e-9  # m, for which it is to be fast: an axis may begin at its s
 OBSERVER_TIMES = (1e-3, 5e-4, 3e-4, 2e-4, 1e-4, 5e-5)   # s
 FREQUENCIES = 200
 LOWEST = 0.2        # rad/s
-SLOWEST_SAMPLING = 0.25   # samples in which the mover's distance may grow by e: beyond, no gains of ours hold it
-# Phase that hold and sampling cost a loop of ours, which crosses over at about 4.2 times the rate of the unstable pole:
-# 5° for a sample and a half.
+SLOWEST_SAMPLING = 0.25   # samples in which the mover's distance may grow by e: with fewer, no designed gains hold it
+# Phase that hold and sampling cost a designed loop, which crosses over at about 4.2 times the rate of the unstable
+# pole: 5° for a sample and a half.
 WANTED_SAMPLING = 5.0 * pi / 180.0 / (1.5 * 4.2)
 
 

@@ -8,8 +8,8 @@ from pmlsm.stage_description import StageDescription
 
 PHASES = ("a", "b", "c")
 
-# Setpoints as shares of a step, for every axis in turn: a fifth of the way from the start to the nearer stop, of a
-# tilt that of the outermost motor, and no more than the forces left over follow.
+# Setpoints as shares of a step, for every axis in turn. A step is a fifth of the way from the start to the nearer stop,
+# for a tilt to that of the outermost motor. It is no larger than the remaining forces can follow.
 SHARES = ((0.0, 1.0, -1.0, 0.5), (0.0, 0.4, -0.4, 0.6), (0.0, -0.4, 0.4, -0.6), (0.0, 0.5, -0.5, 0.25),
           (0.0, -0.5, 0.25, 0.5))
 TIMES = (0, 1, 6, 11)   # s

@@ -1,9 +1,8 @@
-/* Event mode: of model exchange, and of what is sampled in co-simulation, if the importer uses it there.
- *
- * Samples are then taken at events, not in steps. An event is one of a sample because its time has come, or, in an FMU
- * with a clock, because the importer activates that. The sample is taken with the inputs that are set in the event, by
- * the end of the instant. Who asks for an output before gets what it is with the inputs set so far: in a feedback loop
- * some of them follow from outputs. */
+/* Event mode: of model exchange, and of sampled FMUs in co-simulation, if the importer uses it there. Samples are then
+ * taken at events, not in steps. An event is a sample if its time has come or, in an FMU with a clock, if the importer
+ * activates the clock. The sample is taken with the inputs that are set in the event, by the end of the instant. An
+ * output that is read before that follows from the inputs set so far: in a feedback loop some inputs follow from
+ * outputs. */
 
 #include "events.h"
 
@@ -77,7 +76,7 @@ enum Status take_event(struct Instance *instance, const char *call, bool *states
     }
     struct RunState *state = instance->state;
     MODEL.continuous->settle(state->block);
-    *states_changed = true;   /* or rates: some importers (fmusim) start their solver anew only if they are told so */
+    *states_changed = true;   /* or rates: some importers (fmusim) restart their solver only if they are told so */
     state->progress.stale = true;
     return DONE;
 }

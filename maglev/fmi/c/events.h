@@ -1,4 +1,4 @@
-/* Event mode: of model exchange, and of what is sampled in co-simulation. */
+/* Event mode: of model exchange, and of sampled FMUs in co-simulation. */
 
 #ifndef EVENTS_H
 #define EVENTS_H

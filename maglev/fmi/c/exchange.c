@@ -174,8 +174,8 @@ static bool is_unknown(uint32_t reference, enum Phase phase)
            || (is_state(reference) && phase == INITIALIZING);
 }
 
-/* Whether there are derivatives by a variable in a phase: real inputs and the time, and what the initialization begins
- * with, or the states that follow from it. */
+/* Return true if a variable can be the known of a derivative in a phase: real inputs and the time, and start values in
+ * the initialization, or the states after it. */
 static bool is_known(uint32_t reference, enum Phase phase)
 {
     if (reference >= MODEL.variable_count || MODEL.variables[reference].boolean) {

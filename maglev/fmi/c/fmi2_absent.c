@@ -1,5 +1,5 @@
-/* What of FMI 2.0 the model description says this FMU cannot do: derivatives by time, integers and texts, and steps that
- * return before they are done. */
+/* Functions of FMI 2.0 that this FMU does not support, as its model description says: derivatives by time, integers and
+ * texts, and steps that return before they are done. */
 
 #include "messages.h"
 #include "variables.h"
@@ -59,7 +59,7 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
     return (fmi2Status)set_none(c, "fmi2SetString", nvr);
 }
 
-/* What cannot be told of a step (FMI 2.0.5, section 4.2.3): each is done when fmi2DoStep returns. */
+/* The status of a step has nothing to tell (FMI 2.0.5, section 4.2.3): each step is done when fmi2DoStep returns. */
 static fmi2Status untold(const struct Instance *instance, const char *call, fmi2StatusKind kind, const void *value)
 {
     static const char *const KINDS[] = {"fmi2DoStepStatus", "fmi2PendingStatus", "fmi2LastSuccessfulTime",

@@ -1,4 +1,5 @@
-/* What of FMI 3.0 the model description says this FMU cannot do, and access to variables of types that it does not have. */
+/* Functions of FMI 3.0 that this FMU does not support, as its model description says, and access to variables of types
+ * that it does not have. */
 
 #include "messages.h"
 #include "variables.h"

@@ -1,4 +1,4 @@
-/* FMI 3.0: event mode, and the clock of what is sampled. */
+/* FMI 3.0: event mode, and the clock of a sampled FMU. */
 
 #include "events.h"
 #include "messages.h"

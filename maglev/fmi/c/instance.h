@@ -1,8 +1,7 @@
-/* An instance of the FMU, the same under every version of FMI: its phases, steps, variables, states and messages.
- *
- * What is done with one is in files that know those before them: messages, state, outputs, variables, exchange, events,
- * life. Over these lies a shell, fmi2.c or fmi3.c, with the functions of one version. Names of functions of FMI, for
- * messages, come from there; statuses have the numbers that they have in all versions. */
+/* An instance of the FMU, the same under every version of FMI: its phases, steps, variables, states and messages. Its
+ * functions are in files that each know only those before them: messages, state, outputs, variables, exchange, events,
+ * life. Above these is a shell, fmi2.c or fmi3.c, with the functions of one version. The shell gives the names of FMI
+ * functions for messages; statuses have the numbers that they have in all versions. */
 
 #ifndef INSTANCE_H
 #define INSTANCE_H
@@ -44,13 +43,13 @@ struct Progress {
     int64_t samples;     /* taken at events */
 };
 
-/* What an FMU state saves. */
+/* Content of a saved FMU state. */
 struct RunState {
     struct Progress progress;
     double block[];      /* of the alignment that a block needs; with event mode a second one, before_sample() */
 };
 
-/* What the importer gives; its logger is of a type that only the shell knows. */
+/* Callbacks of the importer; only the shell knows the type of its logger. */
 struct Importer {
     void *environment;
     void (*logger)(void);
@@ -61,7 +60,7 @@ struct Importer {
 struct Instance {
     struct Importer importer;
     char *name;
-    bool logging;        /* of what is discarded; errors are always said */
+    bool logging;        /* of discarded calls; errors are always logged */
     bool exchange;       /* for model exchange, not co-simulation */
     bool events;         /* for co-simulation with event mode: samples are taken at events, not in steps */
     bool early;          /* a step may end before its end, at the next sample */

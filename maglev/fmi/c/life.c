@@ -10,8 +10,8 @@
 #include <math.h>
 #include <string.h>
 
-/* By how much the importer's clock may miss the end of the step before: a share of a communication step, but no more than
- * so many seconds, and beside them the rounding of the time. */
+/* Largest difference between the importer's clock and the end of the step before: a share of a communication step, but
+ * at most so many seconds, plus the rounding of the time. */
 #define CONTINUITY 1.0e-3
 #define LARGEST_MISS 1.0e-5
 /* s: a step that does not fit is ignored up to here. An importer that adds up its steps may have it left at the end. */
@@ -112,7 +112,7 @@ enum Status set_logging(struct Instance *instance, bool on, size_t count, const 
             return refuse(instance, "log category = %s, expected one of the model description", category);
         }
     }
-    /* Errors are said in any case. On is: what is named is said; off: what is not named stays as it was. */
+    /* Errors are always logged. On enables the named categories; off leaves those that are not named unchanged. */
     instance->logging = on ? discards : instance->logging && !discards;
     return DONE;
 }
@@ -162,8 +162,9 @@ enum Status exit_initialization(struct Instance *instance, const char *call)
     return DONE;
 }
 
-/* Step of whole samples, or of a whole share of one, that differs by what late times resolve; else `size`. From 1.7e9 s
- * on, where clocks of computers are, a difference of two times misses 0.5 ms by up to 0.24 us. */
+/* Return the step of whole samples, or of a whole fraction of one, that differs from `size` by the resolution of late
+ * times; else `size`. From 1.7e9 s on, the time of computers' clocks, a difference of two times misses 0.5 ms by up to
+ * 0.24 us. */
 static double whole_step(const struct Instance *instance, double size, double resolution)
 {
     double sample = sample_interval(instance), ratio = sample / size, steps = 1.0, samples = 1.0;

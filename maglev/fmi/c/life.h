@@ -10,7 +10,7 @@ struct Instance *created(const struct Importer *importer, const char *name, bool
                          const char *key_name, const char *key);
 void freed(struct Instance *instance);
 
-/* Let a new instance of what is sampled use event mode, and perhaps end its steps early. */
+/* Let a new instance of a sampled FMU use event mode, and perhaps end its steps early. */
 void use_events(struct Instance *instance, bool early);
 enum Status set_logging(struct Instance *instance, bool on, size_t count, const char *const categories[]);
 

@@ -1,4 +1,4 @@
-/* What the FMU says to its importer. */
+/* Messages of the FMU to its importer. */
 
 #include "messages.h"
 
@@ -63,8 +63,8 @@ bool refuse_phase(const struct Instance *instance, const char *call, int phases)
     return false;
 }
 
-/* Whether a text, or the one above it in its last digit, which it then is, is read as the value: below a power of two
- * the next number is half as far away as above it. */
+/* Return true if the text, or the text with a last digit larger by one, is read as the value. The function leaves the
+ * text that is. Below a power of two the next number is half as far away as above it. */
 static bool is_read_as(double value, char *text)
 {
     char *last = strchr(text, 'e') - 1;
@@ -123,7 +123,7 @@ static const struct Variable *find(const char *name, size_t length)
     return NULL;
 }
 
-/* Value of what stands in braces. */
+/* Return the text of the value that a name in braces stands for. */
 static const char *named_value(const struct Instance *instance, const char *name, size_t length, double time,
                                double step, char *text)
 {

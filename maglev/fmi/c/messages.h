@@ -1,4 +1,4 @@
-/* What the FMU says to its importer; without an instance nothing is logged. */
+/* Messages of the FMU to its importer; without an instance nothing is logged. */
 
 #ifndef MESSAGES_H
 #define MESSAGES_H
@@ -8,7 +8,7 @@
 /* Log a message, formatted as by printf, and return REFUSED. */
 enum Status refuse(const struct Instance *instance, const char *format, ...);
 
-/* The same for what the FMU cannot tell: DISCARDED, logged only if the importer has asked for that. */
+/* The same for values that the FMU cannot tell: DISCARDED, logged only if the importer has asked for that. */
 enum Status discard(const struct Instance *instance, const char *format, ...);
 
 /* For a function that the model description says the FMU does not have. */

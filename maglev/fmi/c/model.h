@@ -1,4 +1,4 @@
-/* What the FMI layer knows of a block: tables that the build generates, one set for each FMU. */
+/* Interface of a block for the FMI layer: tables that the build generates, one set for each FMU. */
 
 #ifndef MODEL_H
 #define MODEL_H
@@ -24,7 +24,7 @@ struct Variable {
     const char *hint;            /* end of the message about a value that is out of range */
 };
 
-/* What a status of the block means; names of variables, time and step stand in braces. */
+/* Text for a status of the block; names of variables, time and step are in braces. */
 struct Refusal {
     int64_t status;
     const char *text;
@@ -35,11 +35,11 @@ struct Continuous {
     const uint32_t *states, *rates;       /* references of the states, and of their derivatives */
     const double *nominals;               /* of the states */
     size_t state_count;
-    const uint32_t *indicators;           /* references of what changes its sign at an event */
+    const uint32_t *indicators;           /* references of values that change their sign at an event */
     size_t indicator_count;
     int64_t (*derive)(void *block);       /* all that is continuous; 0, or the status of a refusal */
     bool (*settle)(void *block);          /* take in an event; whether a state jumps */
-    /* Derivatives along a direction, itself a block: of what is continuous, of the start, of what encoders measure. */
+    /* Derivatives along a direction, itself a block: of continuous values, of the start, of encoder readings. */
     int64_t (*differentiate)(void *block, void *direction);
     int64_t (*differentiate_start)(void *block, void *direction);
     void (*differentiate_measurement)(void *block, void *direction);

@@ -1,4 +1,4 @@
-/* What follows from inputs, parameters and states: outputs, rates, samples. */
+/* Values computed from inputs, parameters and states: outputs, rates, samples. */
 
 #include "outputs.h"
 

@@ -1,4 +1,4 @@
-/* What follows from inputs, parameters and states: outputs and rates, samples. */
+/* Values computed from inputs, parameters and states: outputs and rates, samples. */
 
 #ifndef OUTPUTS_H
 #define OUTPUTS_H
@@ -26,8 +26,8 @@ void begin_sample(struct Instance *instance);
 enum Status take_sample(struct Instance *instance);
 void undo_sample(struct Instance *instance);
 
-/* Compute the outputs, which are stale, from what is set so far. If they cannot be computed in the initialization, its end
- * says so. In model exchange a point at which there are no rates is discarded. */
+/* Compute the stale outputs from the values set so far. If they cannot be computed in the initialization, the end of
+ * the initialization reports it. In model exchange a point without rates is discarded. */
 enum Status compute(struct Instance *instance);
 
 /* Compute the outputs if they are stale. */

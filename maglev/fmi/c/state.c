@@ -27,7 +27,7 @@ void release(const struct Importer *importer, void *memory)
     }
 }
 
-/* As bytes: the GUID, so that no other FMU takes it, the checksum of what follows, and the state. */
+/* Serialized: the GUID, so that no other FMU takes it, the checksum of the rest, and the state. */
 static size_t guid_size(void)
 {
     return strlen(MODEL.guid) + 1;

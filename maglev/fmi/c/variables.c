@@ -115,7 +115,7 @@ static bool settable(const struct Instance *instance, const uint32_t references[
     return true;
 }
 
-/* Values are to change: those that follow from them in the initialization, or at a sample, will be computed anew. */
+/* Values are about to change: mark those that follow from them, in the initialization or at a sample, as stale. */
 static void outdate(struct Instance *instance)
 {
     struct Progress *progress = &instance->state->progress;

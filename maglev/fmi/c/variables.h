@@ -10,7 +10,7 @@ enum Status get_reals(struct Instance *instance, const char *call, const uint32_
 enum Status set_reals(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
                       const double values[]);
 
-/* Whether Boolean variables can be read, or set, now: what a Boolean is differs from version to version. */
+/* Return true if Boolean variables can be read, or set, now; the type of a Boolean differs from version to version. */
 bool booleans_readable(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
                        const void *values);
 bool booleans_settable(struct Instance *instance, const char *call, const uint32_t references[], size_t count,

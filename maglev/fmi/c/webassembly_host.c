@@ -1,4 +1,4 @@
-/* What a host that is not written in C cannot make: FMI's callbacks, with a logger that keeps what was said last. */
+/* Functions that a host not written in C cannot provide: FMI's callbacks, with a logger that keeps the last message. */
 
 #include "prefix.h"
 

@@ -17,7 +17,7 @@
 typedef struct @STRUCT@ Block;
 
 static @INITIAL@
-enum { FIRST_FAILURE = 1000000 };   /* status: this and the number, from 1 on, of what failed */
+enum { FIRST_FAILURE = 1000000 };   /* status: this and the number, from 1 on, of the failure */
 
 static const char *const FAILURES[] = {
 @FAILURES@

@@ -1,8 +1,8 @@
-/* What the blocks take from a mathematical library, without one: all else is +, -, *, / and comparisons.
+/* Functions of a mathematical library that the blocks need, without the library: all else is +, -, *, / and comparisons.
  *
- * To be compiled without contraction of a product and a sum (-ffp-contract=off), without -ffast-math, and with
- * -fno-math-errno where the processor has a square root of doubles; without one PORTABLE_ARITHMETIC does it in integers,
- * with the same bits. */
+ * Compile without contraction of a product and a sum (-ffp-contract=off), without -ffast-math, and with -fno-math-errno
+ * if the processor has a square root of doubles. Otherwise PORTABLE_ARITHMETIC computes it in integers, with the same
+ * bits. */
 
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF

@@ -1,4 +1,4 @@
-/* What the example asks of a board. */
+/* Functions of a board that the example needs. */
 
 #ifndef BOARD_H
 #define BOARD_H
@@ -8,8 +8,8 @@
 /* Clock, converters, timer; and parameters that are not to be those of @NAME@_init. */
 void board_begin(struct @NAME@ *controller);
 
-/* Wait for the next sample, @PERIOD@ s after the one before, and read: references, and what the encoders show. Whether
- * there is one. */
+/* Wait for the next sample, @PERIOD@ s after the one before, and read references and encoders. Return false if there is
+ * no sample. */
 bool board_read(struct @NAME@_inputs *inputs);
 
 /* Command the currents. */

@@ -1,4 +1,4 @@
-/* An example of @NAME@ on a board: what board.h asks for is yours. */
+/* An example of @NAME@ on a board: write the functions of board.h for yours. */
 
 #include "board.h"
 

@@ -1,11 +1,11 @@
 "use strict";
-// Beat the thesis: a task for a law of the reader's and for the thesis's regulator, and what each makes of it, in numbers.
+// Beat the thesis: a task for the reader's law and for the thesis's regulator, and the results of each in numbers.
 
 const TASK = { mass: 1, on: 1, way: 0.01, step: 4, until: 7 };   // kg that are put on, at s; m of the step, at s; s
 const TIE = 0.05;                                                // share of the smaller value by which two differ and are as good
 const PHONE = matchMedia("(max-width: 67.99rem)");               // where a law is changed by its gains
 
-/** What is measured, as the worker gives it: in words, its unit, how many of it are one SI unit, and digits. */
+/** Results that the worker measures: in words, the unit, the number of units in one SI unit, and digits. */
 const MEASURES = [["gap error under 1 kg", "mm", 1e3, 2], ["… back within 0.1 mm", "ms", 1e3, 0], ["10 mm step, within 0.1 mm", "ms", 1e3, 0],
   ["… overshoot", "mm", 1e3, 2], ["… gap error meanwhile", "mm", 1e3, 2], ["current ripple at rest", "mA", 1e3, 1]];
 
@@ -51,7 +51,7 @@ function makeOpponents() {
   }
 }
 
-/** What is done in the task: messages to the worker, by their times. */
+/** Return the actions of the task: messages to the worker, by their times. */
 function taskActs(run, controller) {
   const [axis] = drivenAxes(run), row = restRow(run), payload = KNOBS.find(({ id }) => id === "payload");
   return [...run.axes.map((each) => ({ at: 0, type: "reference", axis: each, value: row.axes[each].position })),
@@ -145,7 +145,7 @@ function showResult() {
   choose("ladder", opponentsOf(page.run).map((each) => [each.id, [yours, best].some((result) => beats(result, each.id)) ? `${each.id} ✓` : each.id]), id);
 }
 
-/** Another opponent: what is run against one begins anew. */
+/** Choose another opponent, and restart the task against it. */
 function chooseOpponent(id) {
   beat.opponent = id;
   showTaskText();
@@ -166,7 +166,7 @@ function readResult(text) {
   return text.startsWith("lost,") ? { values: [], lost: parts[0] } : { values: parts, lost: 0 };
 }
 
-/** The starter that is chosen, in the editor; what was written by hand stays unless it is asked for. */
+/** Show the chosen starter in the editor; a text written by hand stays unless the starter is asked for. */
 function showStarter(asked = false) {
   const text = starterText(page.run, STARTERS[beat.starter], beat.factors);
   if (asked || lawText().trim() === "" || lawText() === beat.generated) setLawText(text);
@@ -204,7 +204,7 @@ function chooseStarter() {
   lawSaid("");
 }
 
-/** What depends on the stage: the task in words, the starters, what the thesis makes of it. */
+/** Show the parts that depend on the stage: the task in words, the starters, and the thesis's results. */
 function showTask() {
   showTaskText();
   showStarter();

@@ -1,7 +1,7 @@
 "use strict";
 // The panel: elements that set a run's parameters, made from tables; each reads what it shows from the settings.
 
-/** Names `fmu.variable` of the parameters of what runs, whose ends match. */
+/** Return names `fmu.variable` of the running parameters whose ends match. */
 function parametersLike(run, controller, pattern) {
   return [["plant", run.plant], ["controller", controller], ["measurement", run.measurement]].flatMap(([part, model]) => live.fmus[model].variables
     .filter(({ causality, name }) => causality === "parameter" && pattern.test(`${part}.${name}`))
@@ -12,7 +12,7 @@ function parametersLike(run, controller, pattern) {
 const knobNames = (knob, run, controller) => [knob.like].flat()
   .map((pattern) => parametersLike(run, controller, pattern)).find((names) => names.length) ?? [];
 
-/** A knob on one or several parameters: by a factor on what was planned, by an addition, or their value in a unit. */
+/** Knobs on one or several parameters: by a factor of the planned value, by an addition, or as a value in a unit. */
 const KNOBS = [
   { id: "payload", label: "payload", unit: "kg", low: 0, high: 2, step: 0.05, by: "sum",
     like: [/^plant\.payload\.mass$/, /^plant\.\w+\.mass$/] },
@@ -41,7 +41,7 @@ const KNOBS = [
     by: "factor" },
 ];
 
-/** What is wrong or not: the Booleans that a switch sets, of the first motor or encoder or of all. */
+/** Faults: the Booleans that a switch sets, of the first motor or encoder or of all. */
 const SWITCHES = [
   { id: "phase", label: "a phase is open", like: /^plant\.\w+\.phase_b\.open$/, first: 1 },
   { id: "supply", label: "a supply is lost", like: /^plant\.\w+\.phase_[abc]\.open$/, first: 3 },
@@ -51,7 +51,7 @@ const SWITCHES = [
 
 const switchNames = ({ like, first = Infinity }, run, controller) => parametersLike(run, controller, like).slice(0, first);
 
-/** What a knob shows for the present values of its parameters; undefined if nothing of what runs has them. */
+/** Return the position of a knob for the present values of its parameters; undefined if nothing that runs has them. */
 function knobValue(knob, run, controller, valueOf) {
   const names = knobNames(knob, run, controller);
   if (!names.length) return undefined;
@@ -72,7 +72,7 @@ function knobSettings(knob, run, controller, value) {
   }));
 }
 
-/** A labelled range with its value beside it; `act` gets the number. */
+/** Add a labelled range with its value next to it; `act` gets the number. */
 function slider(parent, { id, label, unit, low, high, step, zero, hides }, act) {
   const row = html("div", { class: "slider" }, parent);
   html("label", { for: id }, row, label);
@@ -101,7 +101,7 @@ function choose(id, options, chosen) {
   list.value = chosen;
 }
 
-/** Any parameter by its name: a list to choose from, its value, and what it is. */
+/** Add a form for any parameter: a list to choose from, its value, and its description. */
 function parameterForm(parent, act) {
   const form = html("form", { class: "parameter" }, parent);
   html("label", { for: "parameter-name" }, form, "any parameter");

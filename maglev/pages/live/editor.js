@@ -13,7 +13,7 @@ function setLawText(text) {
   editor.setting = false;
 }
 
-/** What was written by hand for the stage that is shown outlives the page, where the browser keeps anything for it. */
+/** A text written by hand for the shown stage outlives the page, if the browser keeps data for it. */
 const lawPlace = () => `maglev law ${page.run.plant}`;
 function keepLaw(text = lawText()) {
   try { localStorage.setItem(lawPlace(), text); } catch { /* it is in the field alone */ }
@@ -39,7 +39,7 @@ function buildField() {
   });
 }
 
-/** Unpack CodeMirror, and put it in the place of the field; what was written stays. */
+/** Unpack CodeMirror, and replace the field by it; the text stays. */
 async function buildEditor() {
   if (editor.view || editor.asked) return;
   editor.asked = true;

@@ -7,7 +7,7 @@ const FMI_OK = 0, CO_SIMULATION = 1;
 class Fmu {
   /**
    * @param {WebAssembly.Module} module
-   * @param {{name: string, guid: string, variables: object[]}} about what its model description says
+   * @param {{name: string, guid: string, variables: object[]}} about its model description
    * @param {Map<string, number|boolean>} start values by name; those that it does not have are left out
    * @param {number} time where it begins, s
    */
@@ -41,7 +41,7 @@ class Fmu {
     return address;
   }
 
-  /** What the FMU said last. */
+  /** Return the last message of the FMU. */
   message() {
     const bytes = new Uint8Array(this.c.memory.buffer, this.c.maglevMessage());
     return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
@@ -62,7 +62,7 @@ class Fmu {
     return ports;
   }
 
-  /** Make the places' arrays anew: those of before are void once the memory has grown. */
+  /** Rebuild the arrays of the ports: the old ones are void once the memory has grown. */
   look() { for (const ports of this.all) ports.values = this.doubles(ports.address, ports.names.length); }
 
   get(ports) {

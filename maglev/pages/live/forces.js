@@ -1,5 +1,5 @@
 "use strict";
-// Forces on the mover, computed by the page from currents and gap: for the picture and for what is said of it.
+// Forces on the mover, computed by the page from currents and gap: for the picture and its text.
 
 /** Air gap (m) of a motor, at its place where the mover tilts. */
 const gapOf = (run, row, motor, values) => Object.values(run.stage.tilts).reduce((gap, { axis, sign, place }) =>

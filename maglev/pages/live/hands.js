@@ -1,20 +1,21 @@
 "use strict";
-// Hands on the stage: the pointer on the picture, and keys; and what can be copied.
+// Hands on the stage: the pointer on the picture, keys, and buttons that copy.
 
 const REFERENCE_STEP = 1e-3;   // m of an arrow key
-const KICKED = { vertical: 0.06, horizontal: 0.14, tilt: 0.1 };   // m/s, rad/s: what a kick leaves of the nominal mass alone
+// m/s, rad/s: velocities that a kick gives the nominal mass
+const KICKED = { vertical: 0.06, horizontal: 0.14, tilt: 0.1 };
 
 const BLINK = 0.02;   // s that amplifiers are off for
-const NEAR = 14;   // px beside the mover in which a finger still takes it
+const NEAR = 14;   // px from the mover within which a finger still takes it
 const PRESS = 350;   // ms after which a finger that rests on the mover takes it
 const STILL = 8;     // px that a finger may move meanwhile
 const LED = { vertical: 0.02, horizontal: 0.08, tilt: 0.05 };   // m/s, rad/s: how fast a reference goes to where the hand has put it
-const STRIDE = 0.05;   // s of the run for which it goes on in a frame at most: a page that falls behind throws nothing
+const STRIDE = 0.05;   // s of the run, at most, in a frame: a page that falls behind throws nothing
 const SPARED = 1.5e-3;   // m: how near to a stop the hand can put the reference of a gap,
 const CARRIED = 0.85;    // and share of the current that there is with which the motors carry the mover there
 
-/** Where a pointer is on the stage: the view that it is in, axis and place (m) across and upright, and whether the mover, or
- *  the outline of its reference, is there; the label is a handle. */
+/** Return the place of a pointer on the stage: the view, axis and position (m) across and upright. `taken` is true if it
+ * is on the mover or on the outline of its reference; the label is a handle. */
 function pointed(event) {
   const box = at("stage").getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
   const row = page.history?.last(), { space, gap } = page.views;
@@ -129,7 +130,7 @@ function lead(axis, value) {
   if (target !== value) page.lit.spared = page.drag ? Infinity : performance.now();
 }
 
-/** Let the references go on by what they may in a time (s) of the run; returns whether one is behind the hand. */
+/** Move the references towards the hand as far as they may in a time (s) of the run; return true if one is behind it. */
 function followHand(time) {
   let behind = false;
   for (const [axis, each] of Object.entries(page.leads)) {

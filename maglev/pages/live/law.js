@@ -3,13 +3,14 @@
 
 const STEP_TOLERANCE = 1e-6;   // of a sample, by which steps may miss it
 
-// What a law has no business with, by names that it finds empty: the page's policy is what keeps it from the network.
+// Globals that a law must not use, which it finds empty: the page's policy keeps it from the network.
 const HIDDEN = ["fetch", "XMLHttpRequest", "WebSocket", "EventSource", "Worker", "importScripts", "postMessage", "self", "globalThis"];
 
 /** Class of a text: the only one in it that has ports. It is code of who wrote it, and all that it can reach is this thread. */
 async function lawClass(text, parts) {
   const names = [...text.matchAll(/^\s*class\s+([A-Za-z_$][\w$]*)/gm)].map(([, name]) => name);
-  // The text comes first, so that its lines have their numbers; the parts are beyond it, so that it can have names of theirs.
+  // The text comes first, so that its lines have their numbers; the parts come after it, so that it can reuse their
+  // names.
   const script = `self.lawClasses = ((${HIDDEN.join(", ")}) => { "use strict"; const own = () => { ${text}
 return [${names.join(", ")}]; };
 ${parts}
@@ -42,7 +43,7 @@ function misspelt(address, { message }) {
   });
 }
 
-/** What went wrong in a law, in one line with that of the text. */
+/** Return the error of a law in one line, with the line of the text. */
 function lawTrouble(error, lines) {
   const place = /blob:[^\s)]*?:(\d+):\d+/.exec(String(error.stack)), line = error.lineno ?? Number(place?.[1]);
   return `${line >= 1 && line <= lines ? `line ${line}: ` : ""}${error.name === "Error" ? "" : `${error.name}: `}${error.message}`;

@@ -1,5 +1,5 @@
 "use strict";
-// The page: a worker that runs, a picture and plots of what it sends, and hands that reach into the run.
+// The page: a worker that runs, a picture and plots of its data, and hands that reach into the run.
 
 let worker = null;
 const at = (id) => document.getElementById(id);
@@ -25,7 +25,7 @@ const valueOf = (full) => {
   return known.get(full);
 };
 
-/** What stands in the address, and all that shows the settings. */
+/** Update the address, and everything that shows the settings. */
 function stateChanged() {
   known.clear();
   const { controller, ghost, speed } = page.state;
@@ -36,7 +36,7 @@ function stateChanged() {
   page.dirty = true;
 }
 
-/** Begin a run from its start; `planned` is what the worker does in it of its own accord, an experiment. */
+/** Begin a run from its start; `planned` are the actions of an experiment, which the worker takes in it. */
 function begin(state, planned = []) {
   page.state = state;
   page.run = live.runs[state.run];
@@ -65,7 +65,8 @@ function restart() {
   say("Started anew.");
 }
 
-/** Back into the air at its references, without what has brought it down; the run and its experiment go on. */
+/** Lift the mover into the air at its references, without the settings that brought it down; the run and its experiment
+ * continue. */
 function liftOff() {
   if (page.ended) { restart(); return; }
   if (page.story) page.state.settings = {}; else release();   // where it was dragged to it may not hold
@@ -136,7 +137,8 @@ function within(axis, value, margin = 0.5e-3) {
   return Math.min(upper - margin, Math.max(lower + margin, value));
 }
 
-/** Set a reference, or have it follow the run again; one that the hand leads goes on to where that has put it. */
+/** Set a reference, or have it follow the run again; a reference that the hand leads continues to where the hand has put
+ * it. */
 function refer(axis, value, led = false) {
   if (!led) delete page.leads[axis];
   post({ type: "reference", axis, value: value === null ? null : within(axis, value) });

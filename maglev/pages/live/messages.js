@@ -1,9 +1,9 @@
 "use strict";
-// What the worker may tell the page. A law of the reader's runs in that thread and can send what it likes: what is not of
-// the shape that the page expects is not heard, and no text of its passes for one of the page's own.
+// Messages that the worker may send. The reader's law runs in that thread and can send anything. The page ignores
+// messages of another shape than it expects, and never shows their texts as its own.
 
 const LONGEST_TEXT = 600;      // characters
-const MOST_VARIABLES = 5000;   // of what a controller says of itself
+const MOST_VARIABLES = 5000;   // in a controller's own description
 
 const isNumber = (value) => typeof value === "number" && Number.isFinite(value);
 const isText = (value) => typeof value === "string" && value.length > 0;

@@ -1,8 +1,7 @@
 "use strict";
-// A controller of the reader's: a module with its description, dropped on the page, or a law in JavaScript, written in it.
-//
-// A law is code. It runs in the worker alone, which the page's policy keeps from the network, and which is ended if it
-// does not come back; one that came with a link runs when the reader says so, and not before.
+// A controller of the reader's: a module with its description, dropped on the page, or a law in JavaScript, written in
+// it. A law is code. It runs only in the worker, which the page's policy keeps from the network, and which is ended if
+// it does not respond. A law that came with a link runs when the reader says so, and not before.
 
 const LAW = "own:law";
 const LONGEST_LINK = 12000;    // characters of a law in an address
@@ -125,7 +124,7 @@ function ownRefused({ text }) {
   say(text, true);
 }
 
-/** End a worker in which a controller of the reader's does not come back, and go on with another one. */
+/** End a worker in which the reader's controller does not respond, and continue with another one. */
 function watchOwn() {
   if (!own.waiting && !isOwn(page.state?.controller ?? "") && !isOwn(page.state?.ghost ?? "")) { own.silent = 0; return; }
   // Looks are counted, not time: a page that stands still for seconds has heard nothing either.

@@ -49,7 +49,7 @@ function showPanel() {
   at("antiwindup").checked = valueOf("controller.antiwindup") === true;
   panel.parameter(run, state.controller, valueOf);
   panel.settings(state.settings);
-  // What is in no file no command runs.
+  // No command runs a controller that is in no file.
   at("copy-command").hidden = !run.command || isOwn(state.controller) || isRung(state.controller)
     || (!run.fmus.measurement && Object.keys(state.settings).some((name) => name.startsWith("measurement.")));
   at("planned").hidden = !Object.keys(state.settings).length && state.controller === run.fmus.controller.model;
@@ -66,7 +66,7 @@ function setParameter(full, text) {
   }
 }
 
-/** What switches all amplifiers off. */
+/** Return the names of the parameters that switch all amplifiers off. */
 const offNames = () => parametersLike(page.run, page.state.controller, /^plant\.\w+\.amplifier\.off$/);
 
 function buildSwitches() {

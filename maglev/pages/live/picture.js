@@ -1,5 +1,5 @@
 "use strict";
-// What is seen of a run: the picture, which goes to where something happens, what it has met, and the numbers above it.
+// The picture of a run, which turns to where something happens, its events, and the numbers above it.
 
 /** The end (m) of the gap that a row is nearest to; where the platform tilts, at one motor first. */
 function endAt(row) {
@@ -9,7 +9,7 @@ function endAt(row) {
   return far(ends[0]) < far(ends[1]) ? ends[0] : ends[1];
 }
 
-/** What a stop that is touched means: why the mover does not leave it, in currents. */
+/** Explain a stop that is touched: why the mover does not leave it, in currents. */
 function touched(time, end) {
   const { run } = page, below = end > endsOf(run, vertical(), valueOf)[0];
   const needed = Math.abs(carryingCurrent(run, atGap(run, page.history.last(), end), valueOf));
@@ -27,7 +27,7 @@ function hit(row, time, name) {
   return end;
 }
 
-/** Fill in what changes with every frame, four times a second. */
+/** Fill in the values that change with every frame, four times a second. */
 let lastReadings = 0;
 function readings(now) {
   if (now - lastReadings < 250 || !page.frame) return;
@@ -43,7 +43,7 @@ function readings(now) {
   }
 }
 
-/** What is on the platform: a weight that an experiment lets fall, or what was added to the planned mass. */
+/** Return the load on the platform: a weight that an experiment lets fall, or the mass added to the plan's. */
 function weightNow(time) {
   const fall = page.story?.falls;
   if (fall && time < fall.at) {
@@ -56,7 +56,7 @@ function weightNow(time) {
   return mass > 0.01 ? { mass, x, z, above: 0 } : null;
 }
 
-/** Let the view go on to where it is wanted. */
+/** Let the view move on to its target. */
 function moveCamera() {
   const { shot, orbit } = page;
   if (!shot) return;

@@ -1,9 +1,10 @@
 "use strict";
-// Plots below the stage, made as those of the report are. What runs goes through them until a hand holds them; meanwhile lines stay
-// where they are drawn, on canvases, and are moved: only what is new costs.
+// Plots below the stage, made like those of the report. The run scrolls through them until a hand holds them. Lines
+// stay on their canvases, which are moved: only new values are drawn.
 
 const LARGEST_ERROR = 0.1;   // m, rad
-const TALL = { phone: 46, least: 56, most: 120, around: 640, each: 30 };   // px: of a panel; of what is around all, and around each
+// px: heights of a panel, and of the space around all and around each
+const TALL = { phone: 46, least: 56, most: 120, around: 640, each: 30 };
 Object.assign(PANEL, { head: 20, top: 6, between: 6 });
 const plots = {};            // as the report has them; here there is one, `live`
 let onPaper = false;
@@ -23,7 +24,7 @@ function panelsOf(run, values, span, models = null) {
       windows: [], marks: [], format: (value) => numberText(value, strip.digits), ...rest,
       lines: lines.flatMap((line) => (!models || line.of === "reference" ? [made(line)] : models.map((model, whose) => made({ ...line, whose,
         name: `${line.name} ${lawOf(run, model)}`, of: lawOf(run, model), css: colourOf(run, model), dash: whose ? "dash" : "solid" })))) };
-    // What is looked at closer has the range that it needs.
+    // A closer view has the range that it needs.
     panel.range = (view) => (view.high - view.low < 0.99 * span ? undefined : tens ? widened(panel, tens, high, view.low) : [low, high]);
     return panel;
   });
@@ -118,7 +119,7 @@ function followRun() {
   page.dirty = true;
 }
 
-/** Take in what has run: each row is looked at once. */
+/** Take in new rows of the run: each row is looked at once. */
 function takeRows(plot, histories) {
   histories.forEach((rows, whose) => {
     const x = plot.times[whose], lines = plot.panels.flatMap((panel) => panel.lines).filter((line) => line.whose === whose);
@@ -138,7 +139,7 @@ function takeRows(plot, histories) {
   });
 }
 
-/** Bring the plots up to what has run. */
+/** Bring the plots up to the present of the run. */
 function drawPlots(rows, ghost) {
   const plot = plots.live;
   if (!plot) return;
@@ -155,7 +156,7 @@ function drawPlots(rows, ghost) {
   if (rolling) rollPlots(plot, last);
 }
 
-/** Let the plots go on to a time (s), unless so little has happened that nothing would move by two px. */
+/** Let the plots scroll to a time (s), unless nothing would move by two px. */
 function rollPlots(plot, last) {
   const ratio = Math.min(2, devicePixelRatio || 1), { across } = plot.handles[0], width = across.place(across.high), wide = Math.floor(width * ratio);
   const bucket = plot.span / wide, latest = Math.floor(last / bucket), since = Math.max(0, latest - wide + 1);

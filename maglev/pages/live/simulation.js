@@ -24,7 +24,7 @@ class Simulation {
     this.k = k;
     this.kicks = [];
     this.held = new Map();        // place (m) to which the hand pulls an axis
-    this.chosen = new Map();      // reference (m, rad) of an axis in place of the plan's
+    this.chosen = new Map();      // reference (m, rad) of an axis instead of the plan's
     this.plant = this.made("plant", run.fmus.plant.model);
     this.forces = this.plant.ports(run.external);
     this.motion = this.plant.ports(run.axes.flatMap((axis) => [`${axis}.position`, `${axis}.velocity`]));
@@ -33,7 +33,7 @@ class Simulation {
     this.wirePlant();
     this.measure();
     this.swap(model);
-    // What a run's signals drive beside the references: forces, faults, parameters that change.
+    // Targets of a run's signals other than references: forces, faults, parameters that change.
     this.events = run.signals.filter(({ to }) => !to.endsWith(".reference")).map((signal) => ({ signal, last: undefined }));
     this.pushes = run.external.map((port) => this.events.find(({ signal }) => signal.to === `plant.${port}`)?.signal);
     this.events = this.events.filter(({ signal }) => !this.pushes.includes(signal));
@@ -41,8 +41,8 @@ class Simulation {
     this.readOutputs();
   }
 
-  /** An FMU of the run, with start values of the plan, and over them the settings. What a user brings has its own: the plan's
-   * gains and limits are those of our controllers. */
+  /** Return an FMU of the run, with the start values of the plan and then the settings. A user's FMU has its own values:
+   * the plan's gains and limits are those of the packaged controllers. */
   made(part, model) {
     const { modules } = this.library;
     if (modules[model] instanceof Uint8Array) modules[model] = new WebAssembly.Module(modules[model]);
@@ -58,7 +58,7 @@ class Simulation {
       .map((wire) => wire[end].slice(wire[end].indexOf(".") + 1));
     this.measured = this.plant.ports(ends("plant", 0));
     this.commanded = this.plant.ports(ends("controller", 1));
-    // What lies between encoders and controller calls its ports as these do.
+    // The part between encoders and controller names its ports as these do.
     const last = this.run.fmus.measurement ? "measurement" : "plant";
     this.measuredNames = ends(last, 1);
     [this.encoderNames, this.betweenNames] = last === "plant" ? [ends("plant", 0), this.measuredNames]
@@ -66,7 +66,7 @@ class Simulation {
     this.commandNames = ends("controller", 0);
   }
 
-  /** Put between encoders and controller what is set there, from what is measured now on; nothing where nothing is set. */
+  /** Put the set errors between encoders and controller, from the present measurement on; nothing if no error is set. */
   measure() {
     const { run, settings } = this, set = Object.keys(settings).some((name) => name.startsWith("measurement."));
     this.between = run.fmus.measurement || set ? this.made("measurement", run.measurement) : null;
@@ -99,8 +99,8 @@ class Simulation {
     }
   }
 
-  /** Put a controller in place of the one that runs: it begins at what is measured now, where nothing jumps. If it lacks a
-   * port, nothing has changed; what can be left out are rates of the references. */
+  /** Replace the running controller: the new one begins at the present measurement, where nothing jumps. If it lacks a
+   * port, nothing changes; only rates of the references may be missing. */
   swap(model) {
     const { axes } = this.run, fmu = this.made("controller", model);
     const rated = axes.map((_, i) => i).filter((i) => fmu.has(`${axes[i]}.reference_rate`));
@@ -124,7 +124,7 @@ class Simulation {
     return other;
   }
 
-  /** A simulation that goes on from now, at rest where its references are. */
+  /** Return a simulation that continues from now, at rest at its references. */
   lifted(settings) {
     const starts = this.run.axes.map((axis, i) => [`plant.${axis}.position_start`, this.reference(i, this.time)]);
     const known = Object.fromEntries(starts.filter(([name]) => this.plant.has(name.slice(6))));
@@ -201,7 +201,7 @@ class Simulation {
     this.k++;
   }
 
-  /** What is done at a time: parameters that are set, a reference that is chosen, or no more. */
+  /** Do an action at a time: set parameters, choose a reference, or release it. */
   act({ type, values, axis, value }) {
     if (type === "tune") for (const [name, each] of Object.entries(values)) { this.settings[name] = each; this.tune(name, each); }
     else if (value === null) this.chosen.delete(axis);
@@ -216,7 +216,8 @@ class Simulation {
     if (fmu.has(variable)) fmu.set(variable, value);
   }
 
-  /** What is drawn and plotted: the time, for each axis position, reference, force; for each motor its currents. */
+  /** Return the values to draw and plot: the time, for each axis position, reference, force; for each motor its
+   * currents. */
   row() {
     const t = this.time;
     return new Float32Array([t, ...this.run.axes.flatMap((_, i) => [this.motion.values[2 * i], this.reference(i, t), this.forces.values[i]]),

@@ -1,7 +1,7 @@
 "use strict";
-// What the page carries, unpacked: descriptions and runs as JSON, modules as bytes; then everything begins.
+// The content of the page, unpacked: descriptions and runs as JSON, modules as bytes; then everything begins.
 
-/** What a page carries. */
+/** Return the content of a page. */
 async function contentOf(from) {
   const held = (id) => unpacked(from.getElementById(id).textContent);
   const content = JSON.parse(new TextDecoder().decode(await held("data")));
@@ -14,7 +14,7 @@ async function contentOf(from) {
   return content;
 }
 
-/** The runs that there are, by stage; the panel is made anew for the one that runs next. */
+/** List the runs by stage; the panel is rebuilt for the next run. */
 function listRuns() {
   shownRun = "";
   at("run").replaceChildren();
@@ -31,7 +31,7 @@ function listRuns() {
 /** Text of the scripts of a page: pages with the same one carry what is of one shape. */
 const programOf = (from) => [...from.querySelectorAll("script:not([id]), #worker")].map(({ textContent }) => textContent).join();
 
-/** Fly what another page of the kind carries, in place of what this one does, until it is loaded again. */
+/** Fly the content of another page of this kind, instead of this page's, until it is loaded again. */
 async function takePage(file) {
   const from = new DOMParser().parseFromString(await file.text(), "text/html");
   if (programOf(from) !== programOf(document)) {
@@ -40,7 +40,7 @@ async function takePage(file) {
   live = await contentOf(from);
   makeOpponents();
   listRuns();
-  // What the reader has brought was for the stage of before.
+  // The reader's controller was for the stage before.
   Object.assign(own, { packed: "", present: false, waiting: false, silent: 0, after: () => {
     openState(readFragment("").state);
     play(true);

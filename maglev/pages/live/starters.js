@@ -1,7 +1,7 @@
 "use strict";
-// Laws to begin with: the controller of `maglev new controller` for the stage that runs, and variations of what it does on an axis.
+// Starters: the controller of `maglev new controller` for the running stage, and variations of its law for an axis.
 
-/** Text of the acceleration that a law asks for, with what it makes of error and rate. */
+/** Text of a method for the demanded acceleration, computed from error and rate. */
 const demanded = (what, made) => `  /** Acceleration (m/s²) ${what} */
   demand(observer, dt) {
     this.velocity.update(this.measured, observer, dt);
@@ -11,8 +11,8 @@ const demanded = (what, made) => `  /** Acceleration (m/s²) ${what} */
   }
 `;
 
-/** Laws to begin with. Each lacks something, so that the thesis's regulator does better. A law by what is different of it: its parameters with their units, what they are of the poles (rad/s) that the design of an axis
- * has, and the acceleration that it asks for. */
+/** Starters. Each lacks something, so that the thesis's regulator does better. A law has its own parameters with their
+ * units and their values in terms of the design poles (rad/s) of an axis, and its own demanded acceleration. */
 const STARTERS = {
   pid: { label: "PID", name: "PID", parameters: { kp: "1/s²", ki: "1/s³", kd: "1/s" },
     from: (w) => [w ** 2, 0.03 * w ** 3, 1.2 * w],

@@ -1,5 +1,5 @@
 "use strict";
-// What runs, as the fragment of the page's address and as a `maglev run` command: run, controller, settings.
+// The state of the page, as the fragment of its address and as a `maglev run` command: run, controller, settings.
 
 let live = null;   // what the page carries: descriptions of the FMUs, runs, and numbers for the picture
 
@@ -27,7 +27,7 @@ function variableOf(run, controller, full) {
   return live.fmus[model]?.variables.find(({ name, causality }) => name === variable && causality === "parameter");
 }
 
-/** What a parameter starts with: the plan's value, or the FMU's; undefined if there is no such parameter. */
+/** Return the start value of a parameter: the plan's value, or the FMU's; undefined if there is no such parameter. */
 function plannedValue(run, controller, full) {
   const part = full.slice(0, full.indexOf("."));
   const given = part === "controller" && live.fmus[controller].start ? live.fmus[controller] : run.fmus[part];
@@ -47,10 +47,10 @@ function readValue(variable, full, text) {
   throw new Error(`${full} = ${text}, expected a number from ${variable.min} to ${variable.max} ${variable.unit}`);
 }
 
-/** What of a link cannot be done, in words. */
+/** Say which parts of a link are ignored. */
 const ignored = (problems) => (problems.length ? `Ignored in this link: ${problems.join("; ")}` : "");
 
-/** State that a fragment asks for, and what in it cannot be done. */
+/** Return the state that a fragment asks for, and the problems in it. */
 function readFragment(fragment) {
   const problems = [], entries = new URLSearchParams(fragment.replace(/^#/, "").replaceAll("+", "%2B"));
   const asked = entries.get("run");
@@ -98,7 +98,7 @@ function fragmentOf({ run, controller, ghost, speed, settings, view, story, law 
   return `#${[...entries, ...Object.entries(settings)].map(([key, value]) => `${key}=${value}`).join("&")}`;
 }
 
-/** Command that runs a state without the page; what was dragged and kicked is not in it. */
+/** Return the command that runs a state without the page, except for drags and kicks. */
 function commandOf({ run: name, controller, settings }) {
   const run = live.runs[name];
   const other = controller === run.fmus.controller.model ? "" : ` --controller fmus/native/${controller}.fmu`;

@@ -1,9 +1,9 @@
 "use strict";
-// What the stage is in two sentences, and four experiments that show why: each runs live, and says what came of it.
+// The stage in two sentences, and four experiments that show why: each runs live, and tells its result.
 
 const STORY_START = 1;                    // s of the run at which something is done
 const DROP = { mass: 1, height: 0.06 };   // kg that fall on the platform, m
-const CHANGE = 3.5e-3;                    // m of the gap: what the linearisation at one gap no longer holds
+const CHANGE = 3.5e-3;                    // m of the gap: beyond the range of the linearisation at one gap
 const SPARE = 1.3;                        // weak amplifiers give this many times the current that carries
 
 const numbers = {
@@ -41,8 +41,8 @@ const motorValues = (run, variable, value) => Object.fromEntries(run.motors.map(
 const slow = (from, until, speed) => [{ at: from, type: "speed", value: speed }, { at: until, type: "speed", value: 1 }];
 const lawLike = (run, text) => controllersOf(run).find((model) => lawOf(run, model) === text);
 
-/** Experiments. `text` says in two sentences what is done; `acts` are messages to the worker at times of the run; `tell` is
- * what a run shows, undefined for as long as it does not; `shot` is from where one sees it. */
+/** Experiments. `text` describes one in two sentences; `acts` are messages to the worker at times of the run. `tell`
+ * returns the result that a run shows, undefined until it shows one; `shot` is the view of it. */
 const STORIES = [
   { id: "beat", label: "Beat the thesis", controller: () => LAW, ghost: (run) => opponentOf(run).model(run), shot: { yaw: -30, pitch: 22, zoom: 1 },
     text: (run) => `Yours and ${opponentOf(run).label} at the same task: ${TASK.mass} kg is put on after ${TASK.on} s, and after ${TASK.step} s both make a step of `
@@ -112,7 +112,7 @@ const STORIES = [
     } },
 ];
 
-/** What floats, and why it falls: of the run that is shown, where it starts. */
+/** Return the introduction: the body that floats, and why it falls, at the start of the shown run. */
 function introduction(run) {
   const row = restRow(run), rate = growth(run, row, valueOf);
   return `A platform of ${run.stage.mass[run.vertical]} kg hangs ${numbers.mm(row.axes[run.vertical].position, 0)} below the iron that its magnets pull at. `
@@ -160,7 +160,7 @@ function homeOf({ stage }) {
     .reduce((one, other) => (worth(other) > worth(one) ? other : one));
 }
 
-/** Follow an experiment: what it sets is shown once it is set, and what came of it once it has come. */
+/** Follow an experiment: show its settings once they are set, and its result once it is there. */
 function followStory(time) {
   const { story } = page;
   if (!story || page.run !== story.run) return;

@@ -45,7 +45,7 @@ function start({ run, controller, other, settings, planned = [] }) {
   send(true);
 }
 
-/** Take in a controller of the user's, and try it on a run: a law's text, or a module with what its description says. */
+/** Take in the user's controller, and try it on a run: a law's text, or a module with its description. */
 async function own({ model, name, run, text, bytes, about }) {
   const taken = { ...library, modules: { ...library.modules }, fmus: { ...library.fmus } };
   if (text === undefined) {
@@ -131,8 +131,9 @@ function send(now) {
 
 const WITHIN = 1e-4;   // m, in which a task counts as done
 
-/** What a controller makes of a task, in a simulation of its own: of what is put on and of a step the largest error of the gap,
- * the time to the last error beyond WITHIN, and the overshoot; the ripple of a current at rest; SI. Of one that is lost when. */
+/** Score a controller in a task, in a simulation of its own. After the load and after the step: the largest error of the
+ * gap, the time after which it stays within WITHIN, and the overshoot; then the ripple of a current at rest; SI. Of a
+ * mover that is lost, the score is when. */
 async function scored({ number, run, model, settings, acts: planned, task: { axis, on, step, until } }) {
   const tried = new Simulation(library, runs[run], model, settings), { axes, vertical } = tried.run, due = [...planned];
   const [gap, moved] = [vertical, axis].map((name) => axes.indexOf(name));
@@ -140,7 +141,7 @@ async function scored({ number, run, model, settings, acts: planned, task: { axi
   const values = [0, 0, 0, 0, 0, 0], ripple = { sum: 0, squares: 0, count: 0 };
   let lost = null, since = performance.now();
   while (tried.time < until && lost === null) {
-    if (performance.now() - since > MOST_BUSY) {   // what is seen goes on meanwhile
+    if (performance.now() - since > MOST_BUSY) {   // meanwhile the shown run continues
       await new Promise((resolve) => { setTimeout(resolve); });
       since = performance.now();
     }

@@ -27,7 +27,7 @@
           && has(`${heading} ${textOf(row)}`, words));
         visible += row.hidden ? 0 : 1;
       }
-      // What is folded opens for who looks for it.
+      // A folded part opens for a search.
       const folded = body.querySelector(".bounds");
       if (folded) {
         folded.hidden = !folded.querySelector("tr[data-verdict]:not([hidden])");
@@ -68,7 +68,7 @@
   });
   for (const choice of [stage, verdict]) choice.addEventListener("change", update);
 
-  // A link to what the filters hide shows everything first.
+  // A link to a filtered element removes the filters first.
   function reveal() {
     const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
     if (!target) return;
@@ -83,7 +83,7 @@
   reveal();
   window.addEventListener("hashchange", reveal);
 
-  // What stands above a link's target grows while the page begins; it stays in its place until the reader moves.
+  // The page above a link's target grows while it begins; the target stays in its place until the reader moves.
   const settled = new ResizeObserver(() => document.getElementById(decodeURIComponent(location.hash.slice(1)))?.scrollIntoView());
   if (location.hash) settled.observe(document.querySelector("header"));
   for (const moved of ["wheel", "touchstart", "pointerdown", "keydown"]) window.addEventListener(moved, () => settled.disconnect(), { once: true, passive: true });

@@ -1,5 +1,5 @@
 "use strict";
-// Moving picture of the main runs, or of runs beside each other: choice of run, play and pause, place in time, speed.
+// Moving picture of the main runs, or of runs side by side: choice of run, play and pause, position in time, speed.
 {
   const player = document.getElementById("player");
   const ABOUT = "As on the live page: the stage in space, of one run with coils yellow by their current, and next to it the air gap, larger, with its "
@@ -89,7 +89,7 @@
     slider.addEventListener("input", () => { play(false); showTime(Number(slider.value)); });
     choice.addEventListener("change", () => load().catch(fail));
     load().then(() => {
-      // It moves from the start, unless the reader wants no motion; what cannot be seen need not move.
+      // It moves from the start, unless the reader wants no motion; an invisible picture does not move.
       if (time === 0 && !window.matchMedia("(prefers-reduced-motion: reduce)").matches) play(true);
     }).catch(fail);
     new IntersectionObserver(([{ isIntersecting }]) => { if (!isIntersecting) play(false); }).observe(canvas);

@@ -1,15 +1,15 @@
 "use strict";
 // From space to the picture: a camera on an orbit, convex bodies drawn from the far ones to the near ones.
 //
-// In mm: x along the first axis that motors drive, z along the second, away from the viewer who looks along it; y downwards
-// from the face of the stators, as the air gap is counted. Bodies are boxes; a camera sees the sides that face it.
+// In mm: x is along the first axis that motors drive, z along the second, away from the viewer. y is downwards from the
+// face of the stators, like the air gap. Bodies are boxes; a camera sees the sides that face it.
 
 const LOWEST = -35, HIGHEST = 80;   // degrees of elevation
 
 class Camera {
   /**
    * @param {{yaw: number, pitch: number, zoom: number?, at: number[]?}} orbit turn about the vertical and elevation over the
-   *   horizon, degrees; how much nearer than where all is seen, and the point (mm) that is then in the middle
+   *   horizon, degrees. The zoom is 1 if all is seen; the point (mm) is then in the middle
    * @param {{left: number, top: number, width: number, height: number}} place on the picture (px)
    * @param {number[][]} points (mm) that are all seen
    */
@@ -17,14 +17,16 @@ class Camera {
     const [a, b] = [yaw, pitch].map((degrees) => degrees * Math.PI / 180), depths = points.map(([, y]) => y);
     [this.cosYaw, this.sinYaw, this.cosPitch, this.sinPitch] = [Math.cos(a), Math.sin(a), Math.cos(b), Math.sin(b)];
     this.middle = (Math.min(...depths) + Math.max(...depths)) / 2;
-    this.distance = 5 * Math.max(...points.map(([x, , z]) => Math.hypot(x, z)));   // a long lens: what is near is little larger
+    // a long lens: near bodies are only a little larger
+    this.distance = 5 * Math.max(...points.map(([x, , z]) => Math.hypot(x, z)));
     const back = this.distance * this.cosPitch;
     this.place = [back * this.sinYaw, this.middle - this.distance * this.sinPitch, -back * this.cosYaw];
     [this.scale, this.left, this.top] = [1, 0, 0];
     const all = points.map((point) => this.seen(point));
     const [across, up] = [0, 1].map((i) => [Math.min(...all.map((point) => point[i])), Math.max(...all.map((point) => point[i]))]);
     const scale = zoom * Math.min((width - 12) / (across[1] - across[0]), (height - 28) / (up[1] - up[0]));
-    const near = at && this.seen(at), share = Math.min(1, Math.max(0, zoom - 1));   // all in the middle, or what one came for
+    // all in the middle, or the point of interest
+    const near = at && this.seen(at), share = Math.min(1, Math.max(0, zoom - 1));
     const [x, y] = [across, up].map(([low, high], i) => (low + high) / 2 + (near ? share * (near[i] - (low + high) / 2) : 0));
     Object.assign(this, { scale, left: left + width / 2 - scale * x, top: top + 8 + (height - 8) / 2 - scale * y });
   }
@@ -36,7 +38,8 @@ class Camera {
     return [this.left + near * along, this.top + near * (down * this.cosPitch - away * this.sinPitch)];
   }
 
-  /** What a way on the picture (px) is on the upright plane that faces the camera; seen from high above, on the floor. */
+  /** Convert a way on the picture (px) to the upright plane that faces the camera; seen from high above, to the floor.
+   * */
   moved(dx, dy) {
     const along = dx / this.scale, flat = this.sinPitch > 0.8, away = flat ? -dy / this.scale / this.sinPitch : 0;
     return { x: along * this.cosYaw - away * this.sinYaw, z: along * this.sinYaw + away * this.cosYaw,
@@ -93,7 +96,7 @@ function farFirst(camera, bodies) {
   return sorted;
 }
 
-/** Smallest convex polygon around points (px), for what a finger can take. */
+/** Return the smallest convex polygon around points (px), as a target for a finger. */
 function hull(points) {
   const sorted = [...points].sort(([a, b], [c, d]) => a - c || b - d);
   const half = (list) => {

@@ -1,5 +1,6 @@
 "use strict";
-// The air gap, several times as large as the stage beside it: stops, a scale, and each mover in the colour of its controller.
+// The air gap, several times as large as the stage next to it: stops, a scale, and each mover in the colour of its
+// controller.
 
 const BLOCK = 38, HEAD = 32, FOOT = 4;   // px: a mover's height, above the upper stop, below the lowest mover
 const BEYOND = 0.5;                         // mm that are seen beyond the stops

@@ -1,6 +1,6 @@
 "use strict";
-// What scripts of all pages share: elements, packed bytes, scales of plots with ticks that a person would choose, and what is drawn
-// on canvases, in px of the page.
+// Shared functions of all pages: elements, packed bytes, scales of plots with round ticks, and drawing on canvases, in
+// px of the page.
 const SVG = "http://www.w3.org/2000/svg";
 
 /** An element with attributes, put into a parent if there is one. */
@@ -64,7 +64,7 @@ function linearTicks(low, high, most) {
   return ticks;
 }
 
-/** A scale from values to px; a logarithmic one says of what unit it is, "mm" or "mrad". */
+/** Return a scale from values to px; a logarithmic one has a unit, "mm" or "mrad". */
 function scaleOf(low, high, start, end, logarithmic) {
   const of = logarithmic ? Math.log10 : (value) => value;
   const [from, to] = [of(low), of(high)];
@@ -129,7 +129,7 @@ function linePath(line, across, up, width) {
   return parts.join("");
 }
 
-/** Limits of what lines show between two abscissae, with some air; levels near enough are taken in. */
+/** Return limits of the lines between two abscissae, with some air; levels near enough are included. */
 function fitted(lines, levels, from, to, logarithmic) {
   let [low, high] = [Infinity, -Infinity];
   const take = (value) => {
@@ -199,7 +199,7 @@ function polygon(context, points) {
   context.closePath();
 }
 
-/** Fill the path that there is, with a share of what covers now. */
+/** Fill the current path, with a share of the present opacity. */
 function fill(context, colour, share = 1) {
   const alpha = context.globalAlpha;
   Object.assign(context, { globalAlpha: share * alpha, fillStyle: colour });

@@ -1,5 +1,5 @@
 "use strict";
-// A stage as it moves, live or as it was recorded: in space, and beside it its air gap, much larger.
+// A moving stage, live or recorded: in space, and next to it its air gap, much larger.
 
 const POLES = 4;                           // of a mover that are shown
 const YOKE = 8, TEETH = 22, BACK = 13;     // mm: the stator's iron above its slots, their depth, the mover's iron
@@ -25,7 +25,8 @@ function endsOf(run, axis, values) {
   return [-most, most];
 }
 
-/** Colours of the style sheet by the names of what they stand for; those of axes by theirs. On paper they are the light ones, its first. */
+/** Return the colours of the style sheet by their meanings; those of axes by the axes' names. On paper they are the
+ * light ones, its first. */
 function sceneColours(axes, printed = false) {
   const first = () => [...document.styleSheets].flatMap(({ cssRules }) => [...cssRules]).find(({ selectorText }) => selectorText === ":root").style;
   const style = printed ? first() : getComputedStyle(document.documentElement), colour = (name) => style.getPropertyValue(`--${name}`).trim();
@@ -34,23 +35,23 @@ function sceneColours(axes, printed = false) {
   ...axes.map((axis, i) => [axis, colour(`axis-${i}`)])]);
 }
 
-/** Draw anew when the reader's colours change, and for paper, which is told. */
+/** Redraw when the reader's colours change, and for paper, which is told. */
 function whenColoursChange(drawAnew) {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => drawAnew(false));
   addEventListener("beforeprint", () => drawAnew(true));
   addEventListener("afterprint", () => drawAnew(false));
 }
 
-const NARROW = 520;   // px, below which the gap is not beside the stage but under it
+const NARROW = 520;   // px, below which the gap is under the stage
 
 /**
  * Draw a stage.
  *
  * @param {object} run its axes, motors and stage
- * @param {object[]} movers that are drawn, the one that it is about first: `row` of its run, `name` and `colour` of its
- *   controller, and if there is one a `weight`: mass (kg), place x, z (mm), and how far above the platform it is (mm)
- * @param {{orbit: object, ends: number[], peak: number, forces: object?, hits: object[]?}} look from where it is seen, the ends of
- *   the gap (m), the current (A) of the brightest coil; forces (N) on the first mover; the ends (m) that were met, and in words by what and when
+ * @param {object[]} movers to draw, the main one first: `row` of its run, `name` and `colour` of its controller. A `weight`
+ *   has mass (kg), position x, z (mm), and height above the platform (mm)
+ * @param {{orbit: object, ends: number[], peak: number, forces: object?, hits: object[]?}} look the view, the ends of the
+ *   gap (m), the current (A) of the brightest coil. Forces (N) act on the first mover; hits are ends (m), with words
  * @returns {{space: object, gap: object}} the two views, for a pointer
  */
 function drawScene(canvas, run, movers, look, colours) {

@@ -1,11 +1,12 @@
 "use strict";
-// The stage in space: stators with their coils, the air gap, the platform with its magnets below, what lies on it.
+// The stage in space: stators with their coils, the air gap, the platform with its magnets below, and its load.
 
 const STACK = 90, DENSITY = 7.8e-6;   // mm: width of a motor, drawn freely; kg/mm³ of a weight
 const FLOOR = 26;                     // mm below the lowest platform, drawn freely
 const LEDGE = 80;                     // mm of a platform before its stator, where that leaves no room for a weight
 
-/** What is at rest, in mm: a stator for each motor, the platform about the middle of its face, and how large it all is. */
+/** Return the bodies at rest, in mm: a stator for each motor, the platform about the middle of its face, and the total
+ * size. */
 function bodiesOf(run) {
   const { sheet, room, places } = run.stage, half = 500 * POLES * sheet.pole_pitch;
   const driven = drivenAxes(run), pitch = 1e3 * sheet.slot_pitch, needed = half + 1e3 * room.along;
@@ -22,7 +23,7 @@ function bodiesOf(run) {
   const ends = (name, along) => Math.max(...motors.map((one) => Math.abs(one[name]) + (one.along === along ? half : STACK / 2)));
   const [wide, deep] = [ends("x", 0), ends("z", 1)], lowest = 1e3 * (room.ends[1] + sheet.magnet_height) + BACK;
   const ledge = motors.length > 1 ? 0 : LEDGE, away = driven.length > 1 ? 500 * room.along : 0;
-  // What is seen wherever the platform goes.
+  // The space that is visible wherever the platform goes.
   const most = [wide + 500 * room.along, deep + away];
   const points = [...stators.flatMap(({ low, high }) => [low, high, [low[0], low[1], high[2]], [high[0], low[1], low[2]]]),
     ...[[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, z]) => [x * most[0], lowest, z * most[1] + Math.min(0, z) * ledge])];
@@ -108,7 +109,7 @@ function drawStator(context, { camera }, stator, row, peak, colours) {
   }
 }
 
-const SLOT = 1 / 3;   // of the slot pitch, half of what is open: b0/t1 is two thirds
+const SLOT = 1 / 3;   // of the slot pitch, half of the opening: b0/t1 is two thirds
 
 /** The platform: plate and magnets. */
 function drawPlatform(context, { camera, bodies: parts, run }, { row }, colours) {
@@ -146,7 +147,7 @@ function drawSpace(context, view, movers, { peak, forces }, colours) {
   const weights = movers.filter(({ weight }) => weight).map((mover) => ({ mover, ...weightOf(view, mover) }));
   const stators = () => farFirst(camera, [...parts.stators, ...weights]).forEach((body) => (body.mover
     ? drawWeight(context, camera, body, colours) : drawStator(context, view, body, row, peak, colours)));
-  // The air gap is between them and the platforms: what is on the camera's side of it comes last.
+  // The air gap is between them and the platforms: bodies on the camera's side of it come last.
   for (const draw of camera.place[1] < 0 ? [platforms, stators] : [stators, platforms]) draw();
   polygon(context, hull(platformCorners(view, row, "reference")));
   outline(context, colours.text, 1.3, DASHED);
@@ -176,7 +177,8 @@ function arrow(context, x, y, dx, dy, label, colours, halo) {
   write(context, label, x + dx + 6 * (ux < -0.5 ? -1 : 1), y + dy, colours.text, { align: ux < -0.5 ? "right" : "left", halo });
 }
 
-/** What pushes the platform along: its motors, and the hand. Lift and weight are beside the gap. */
+/** Draw the forces that push the platform along: those of its motors, and of the hand. Lift and weight are next to the
+ * gap. */
 function drawForces(context, { camera, run, bodies: parts }, row, { thrust }, colours) {
   const newton = 1.3, moved = motionOf(run, row, "position");   // mm for 1 N
   const at = (from, x, y, z, label) => {

@@ -1,5 +1,6 @@
 "use strict";
-// The plots of a study that change: the response of a metric to what varies, and every sample; `report`, scales and SVG are the report's.
+// The plots of a study that change: the response of a metric to the varied quantities, and every sample; `report`,
+// scales and SVG are the report's.
 
 /** Numbers with all their bits: as levels and the places of these, or as bytes. */
 function numbersOf({ levels, at, bytes }) {
@@ -51,7 +52,7 @@ document.getElementById("response")?.addEventListener("keydown", ({ key }) => {
   if (by) tell(told = (told + by + count) % count);
 });
 
-/** Labels along the axes: what was tried, as many as there is room for, or round numbers. */
+/** Labels along the axes: the simulated values, as many as there is room for, or round numbers. */
 function labelled(picture, across, up, first, second, box) {
   const { left, top, width, height } = box;
   for (const [place, text] of across) {
@@ -94,7 +95,8 @@ function drawCells(picture, metric, first, second, box) {
     const said = `${titleOf(first)} ${shortNumber(x)}, ${titleOf(second)} ${shortNumber(y)}: ${metric ? `${value === null ? "none" : `${shortNumber(value, 4)} ${metric.unit}`}, ` : ""}${failing} of ${inside.length} fail`;
     svg("title", {}, cell, said);
     const number = value === null ? "" : shortNumber(value, wide > 48 ? 3 : 2), numbered = tall > 30 && wide > 6.5 * number.length + 2;
-    const size = 2 + 7 * failing / inside.length, across = numbered ? 4 : (wide - size) / 2, down = numbered ? 4 : (tall - size) / 2;   // a cross beside the number
+    // a cross next to the number
+    const size = 2 + 7 * failing / inside.length, across = numbered ? 4 : (wide - size) / 2, down = numbered ? 4 : (tall - size) / 2;
     if (failing) svg("path", { class: "fails", d: `M${left + across} ${top + down}l${size} ${size}m0 ${-size}l${-size} ${size}` }, picture);
     if (numbered) svg("text", { x: left + wide / 2, y: top + tall / 2 + 8 }, picture, number);
     if (inside.length) cell.addEventListener("click", () => tell(inside[0], inside.length > 1 ? `${said}. One of them: ` : ""));
@@ -168,7 +170,8 @@ function brush(picture, { left, top, width, height }, sides) {
   });
 }
 
-/** Histogram of a metric with limits: bars, those beyond a limit red, and the limits; what has no value is in no bar. */
+/** Histogram of a metric with limits: bars, those beyond a limit red, and the limits; a sample without a value is in no
+ * bar. */
 function drawHistogram(metric) {
   const known = metric.values.filter((value) => value !== null), limits = Object.values(metric.limits), { left, top, width, height } = BARS;
   if (!known.length || !limits.length) return;
@@ -193,7 +196,7 @@ function drawHistogram(metric) {
   document.getElementById("histograms").append(picture);
 }
 
-/** Draw the metric over one or two quantities, with what shades and crosses mean below. */
+/** Draw the metric over one or two quantities, and below it the meaning of shades and crosses. */
 function drawResponse(most = 960) {
   const element = document.getElementById("response");
   if (!element) return;

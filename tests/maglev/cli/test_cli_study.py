@@ -111,11 +111,11 @@ def test_a_run_ends_with_what_its_reader_wants(fastest_fmus: Path, tmp_path: Pat
     said, files = done.stdout.rsplit("\n", 2)[:2]
     assert max(map(len, said.splitlines())) <= 80
     places = [done.stdout.index(words) for words in (
-        "Steps: settling", "Errors over", "Currents:", "Claims of the thesis", "* no independent evidence: used to")]
+        "Steps: settling", "Errors over", "Currents:", "Claims of the thesis", "* not independent: the claim was used")]
     assert places == sorted(places)
-    assert done.stdout.count("no independent evidence") == 1
+    assert done.stdout.count("not independent") == 1
     assert " ".join(said.split()).endswith(
-        "completed: largest end error 34.6 µm on z; 5 of 5 claims hold; 9 of 12 bounds by the axes of figures met")
+        "completed: largest end error 34.6 µm on z; 5 of 5 claims hold; 9 of 12 axis-range checks met")
     assert files.startswith("results: ") and files.endswith(str(tmp_path / "3dof-setpoints.html"))
     assert opened == [(tmp_path / "3dof-setpoints.html").as_uri()]
     bound = "The data end between"

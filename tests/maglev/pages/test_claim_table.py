@@ -31,7 +31,7 @@ def test_the_summary_counts_verdicts_and_runs():
     words = ("reproduced", "within 10 %", "no difference", "not reproduced", "not testable", "not run", "modified run")
     rows = "".join(f"{sign} {word}{k}" for k, (sign, word) in enumerate(zip("✓≈=✗?–≠", words, strict=True), start=1))
     assert table.text.replace("\n", "") == f"claimsspecifications{rows}all28"
-    assert "<p>8 of 17 bounds by the axes of figures are met.</p>" in page.source
+    assert "<p>8 of 17 axis-range checks are met.</p>" in page.source
     assert "1 of 2 runs did not complete." in page.source.replace("<strong>", "").replace("</strong>", "")
     assert [row["data-verdict"] for row in page.all("tr") if row["data-verdict"]] == [c.verdict for c in claims]
     options = choices(page)

@@ -209,8 +209,8 @@ def test_a_picture_marks_limits_that_are_near_and_when_a_stop_was_touched():
     ({"failed": True, "tripped": 0.25, "trip_axis": "v", "stop_contact": 0.375},
      "failed: the controller tripped on v at 0.250 s, touched an end stop at 0.375 s",
      "failed: trip on v at 0.250 s"),
-    ({"end_errors": {"v": 1e-6, "h": 1.04e-3}, "ended_off": {"h": 1.04e-3}}, "ended 1.04 mm off on h",
-     "ended 1.04 mm off on h"),
+    ({"end_errors": {"v": 1e-6, "h": 1.04e-3}, "ended_off": {"h": 1.04e-3}}, "ended off target: 1.04 mm on h",
+     "ended off target: 1.04 mm on h"),
     ({"end_errors": {"v": 1e-6, "h": 2e-3}}, "completed: largest end error 2 mm on h", "completed, 2 mm on h"),
     ({}, "completed", "completed")])
 def test_how_a_run_ended_is_told_in_order_of_time(metrics, text, cell):

@@ -18,8 +18,8 @@ ENDINGS = [
     (replace(STOPPED, tripped=0.125, trip_axis="z"),
      "failed: the controller tripped on z at 0.125 s, touched an end stop on x at 0.250 s", "a trip on z"),
     (replace(STOPPED, ended_off={"x": 4e-3}), "failed: touched an end stop on x at 0.250 s", "an end stop on x"),
-    (replace(QUIET, ended_off={"z": 1.04e-3}), "ended 1.04 mm off on z", "an end off target on z"),
-    (replace(QUIET, ended_off={"y": 2e-3, "z": 1.5e-3}), "ended 2 mm off on y, 1.5 mm off on z",
+    (replace(QUIET, ended_off={"z": 1.04e-3}), "ended off target: 1.04 mm on z", "an end off target on z"),
+    (replace(QUIET, ended_off={"y": 2e-3, "z": 1.5e-3}), "ended off target: 2 mm on y, 1.5 mm on z",
      "an end off target on y")]
 
 
@@ -44,7 +44,7 @@ def test_many_runs_are_said_as_each_of_them() -> None:
 
 def test_the_worst_endings_go_first() -> None:
     said = ["did not complete: at t = 1 s: off on the bus", "failed: touched an end stop at 1.000 s",
-            "failed: the controller tripped at 1.000 s", "ended 2 mm off on y", "completed"]
+            "failed: the controller tripped at 1.000 s", "ended off target: 2 mm on y", "completed"]
     assert [*map(severity, said)] == [*range(5)]
     assert cause(said[0]) == "an abort"
 

@@ -126,7 +126,7 @@ def test_of_values_about_a_range_the_farthest_beyond_it_decides(over: str, decid
     assert judge(claim, values(*(10.0 - value for value in measured))).measured == 10.0 - decides   # mirrored at 5
 
 
-def test_bounds_are_counted_apart() -> None:
+def test_counts_axis_range_checks_apart_from_claims_in_words() -> None:
     words = about_a_run(relation="<", target=1.0)
     bound = ProcedureClaim.model_validate({"figure": "4.9", "value": "thrust", "target": [1, 2]})
     results = [ClaimResult(words, 0.5, "reproduced"), ClaimResult(bound, 1.5, "met"),
@@ -134,17 +134,17 @@ def test_bounds_are_counted_apart() -> None:
     assert sentences(results) == results[:1]
     assert bound_claims(results) == results[1:]
     assert (bounds_met(results), bounds_met(results[:1])) == ("1 of 2", "")
-    assert bounds_in_words(results) == "1 of 2 bounds by the axes of figures are met"
+    assert bounds_in_words(results) == "1 of 2 axis-range checks are met"
     assert bounds_in_words(results[:1]) == ""
 
 
-def test_bounds_by_figures_that_chose_something_are_no_independent_evidence() -> None:
+def test_counts_axis_range_checks_whose_figure_chose_a_parameter() -> None:
     bound = {"figure": "4.9", "value": "thrust", "target": [1, 2]}
     plain, chose = (ProcedureClaim.model_validate({**bound, **more}) for more in ({}, {"chose": "the stops"}))
     results = [judge(claim, values(value)) for claim, value in ((plain, 1.5), (chose, 1.5), (chose, 3.0))]
-    assert bounds_in_words(results) == ("2 of 3 bounds by the axes of figures are met, 1 of them no independent "
-                                        "evidence: something in the run was chosen from that figure")
-    assert results[1].note == "no independent evidence: this figure was used to choose the stops"
+    assert bounds_in_words(results) == ("2 of 3 axis-range checks are met, 1 of these 2 with a figure that was used to "
+                                        "choose a parameter")
+    assert results[1].note == "not independent: the figure was used to choose the stops"
     assert results[0].note == ""
 
 

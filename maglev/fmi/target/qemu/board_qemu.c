@@ -158,7 +158,7 @@ void board_end(int32_t end)
     host(EXIT, (const void *)DONE);
 }
 
-/* Reset, and what happens where there is nothing to be done about it. */
+/* Reset, and the handler of faults, which cannot be repaired. */
 static void reset(void)
 {
     COPROCESSORS |= 0xF << 20;   /* the floating-point unit */

@@ -1,5 +1,5 @@
 "use strict";
-// Charts of what the procedures found: curves over an air gap, a time or what else, in the units that they are given in.
+// Charts of the results of procedures: curves over an air gap, a time or another quantity, in the units of their data.
 const HUES = 5;   // colours of curves; further ones differ by dash or symbol
 
 /** Labels of an abscissa that is the logarithm of a frequency. */

@@ -229,7 +229,7 @@ class OutcomeMaps {
 
 const titleOf = ({ name, unit }) => (unit ? `${name} (${unit})` : name);
 
-/** Say in a card which command runs a sample, with what it sets, and where it is in the live page. */
+/** Show in a card the command that runs a sample, its settings, and its link to the live page. */
 function fillCard(card, { command, live }, sets) {
   card.replaceChildren(html("code", {}, null, [command, ...sets.map(([target, value]) => `--set ${target}=${value}`)].join(" ")), " ",
     html("button", { type: "button", class: "copy" }, null, "Copy"));

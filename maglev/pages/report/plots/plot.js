@@ -47,7 +47,7 @@ function lineAt({ x, y, ascending, marked }, at) {
   return y[k - 1] + (y[k] - y[k - 1]) * (at - x[k - 1]) / (x[k] - x[k - 1]);
 }
 
-/** Draw along a path in the colour and with the dashes of what it shows. */
+/** Draw along a path in the colour and with the dashes of a line. */
 function stroke(parent, kind, { name, css, dash = "solid" }, d, width) {
   return svg("path", { class: kind, "data-name": name, d,
     style: `stroke: var(--${css}); stroke-width: ${width}; stroke-dasharray: ${DASHES[dash]}` }, parent);
@@ -60,7 +60,7 @@ function swatch(parent, { css, dash, marked, symbol }) {
   else svg("path", { d: "M1 5h20", style: `stroke: var(--${css}); stroke-width: 2.5; stroke-dasharray: ${DASHES[dash]}` }, picture);
 }
 
-/** An entry of a legend: a line, which a click hides, or what is marked. */
+/** Add an entry of a legend: a line, which a click hides, or a mark. */
 function entry(list, line, hides = null, shown = true) {
   const made = html(hides ? "button" : "span", { ...(hides && { type: "button", "aria-pressed": String(shown) }), "data-name": line.name }, list);
   if (line.area) html("i", { class: "area", style: `background: var(--${line.css})` }, made);
@@ -137,7 +137,7 @@ const tall = (last) => PANEL.top + PANEL.plot + (last ? PANEL.bottom : PANEL.bet
 /** Lines of a panel that are not hidden. */
 const shownLines = ({ panels, hidden }, p) => panels[p].lines.filter(({ of, name }) => !hidden.has(of ?? name));
 
-/** Draw one panel of a plot into its place; its legend once, its picture anew each time. */
+/** Draw one panel of a plot into its place; its legend once, its picture again each time. */
 function drawPanel(plot, p) {
   const [panel, place, view] = [plot.panels[p], plot.places[p], plot.views[p]];
   const whole = Math.max(240, Math.min(plot.element.clientWidth, onPaper ? (plot.panels.length > 1 ? PANEL.half : PANEL.paper) : Infinity));   // letters are as large on paper
@@ -170,7 +170,7 @@ function drawPanel(plot, p) {
   const upright = (x) => `M${across.place(x).toFixed(1)} ${PANEL.top}v${height}`;
   for (const level of panel.levels) stroke(inner, "level", level, `M0 ${up.place(level.value).toFixed(1)}h${width}`, 1.2);
   for (const instant of panel.instants) stroke(inner, "instant", instant, upright(instant.x), 1.5);
-  // What is out of sight leaves the legend, where its place stays free: nothing jumps.
+  // A line out of sight leaves the legend, where its place stays free: nothing jumps.
   const sight = [...panel.areas.map(({ name, low, high }) => [name, high >= up.low && low <= up.high]),
     ...panel.levels.map(({ name, value }) => [name, value >= up.low && value <= up.high]),
     ...panel.instants.map(({ name, x }) => [name, x >= view.low && x <= view.high]),
@@ -201,7 +201,8 @@ function drawPanel(plot, p) {
   if (focused) picture.focus({ preventScroll: true });
 }
 
-/** Draw panels: anew those in the window at once, so that a step of zooming is seen in one frame; the others after a breath. */
+/** Draw panels: those in the window at once, so that a step of zooming is seen in one frame; the others after a breath.
+ * */
 async function drawPanels(plot, only = null) {
   plot.turn += 1;
   const { turn } = plot;
@@ -215,7 +216,7 @@ async function drawPanels(plot, only = null) {
     if (seen.includes(p)) continue;
     drawPanel(plot, p);
     await breath();
-    // Of panels that share their view, what is asked for later draws all.
+    // Of panels that share their view, the latest request draws all.
     if (plot.gone || (plot.runs.length && turn !== plot.turn)) return;
   }
 }

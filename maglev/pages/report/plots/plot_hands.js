@@ -1,5 +1,5 @@
 "use strict";
-// What a reader can do with a plot: zoom, go to and fro, read values, measure between two cursors, save it.
+// Actions of a reader on a plot: zoom, move, read values, measure between two cursors, save it.
 const NEAR_CURSOR = 10;   // px, in which a click takes one away
 
 /** Show another range of a panel, and of all that share its view, within what there is. */
@@ -13,7 +13,7 @@ function showRange(plot, p, low, high) {
   plot.drawn = drawPanels(plot, p);
 }
 
-/** Zoom all panels by a factor around their middle, or move them by a share of what they show. */
+/** Zoom all panels by a factor around their middle, or move them by a share of their range. */
 function zoomAll(plot, factor, shift) {
   const done = new Set();
   plot.views.forEach((view, p) => {
@@ -62,8 +62,8 @@ function pointAt(plot, p, here, values) {
   picture.setAttribute("aria-valuetext", said.join("; "));
 }
 
-/** Fill a readout, which takes the place of the legend, with what lines are at an abscissa, or how much they differ from where a
- * cursor is fixed; returns the words. */
+/** Fill a readout, which replaces the legend, with the values of lines at an abscissa, or their differences from a fixed
+ * cursor; returns the words. */
 function fillReadout(panel, lines, readout, here, since) {
   readout.replaceChildren();
   const { at = (x) => x } = panel, said = [`${panel.xTitle}: ${shortNumber(at(here))}${since === undefined ? "" : `, Δ ${shortNumber(at(here) - at(since))}`}`];
@@ -125,7 +125,7 @@ function handle(plot, p, picture, across, lines, height) {
   picture.setAttribute("aria-valuemin", across.low);
   picture.setAttribute("aria-valuemax", across.high);
   picture.setAttribute("aria-valuenow", (across.low + across.high) / 2);
-  pointAt(plot, p, readout.hidden ? null : plot.here ?? null, true);   // it was pointed at before it was drawn anew
+  pointAt(plot, p, readout.hidden ? null : plot.here ?? null, true);   // the pointer was on it before it was redrawn
   let from = null;
   const at = (event) => {
     const box = picture.getBoundingClientRect();

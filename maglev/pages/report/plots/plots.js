@@ -1,5 +1,5 @@
 "use strict";
-// Plots of the figures: what their panels show of the runs, drawn when they come near the view and released when they are far.
+// Plots of the figures: the panels of the runs, drawn when they come near the view and released when they are far.
 const RUN_DASHES = ["solid", "dash", "dashdotdot", "long"];   // references and limits have others
 const MARKED = { reference: { css: "reference", dash: "dot" }, "bands of settling": { css: "reference", dash: "dot" }, "end stops": { css: "limit", dash: "dashdot" } };
 const plots = {};     // plots that are drawn, by id of the figure
@@ -131,7 +131,7 @@ function release(id) {
   delete plots[id];
 }
 
-/** Show a figure's runs without friction too, or no more, in the range of time that is shown; and what claims come to. */
+/** Show a figure's runs without friction too, or hide them, in the shown range of time, and the verdicts of claims. */
 async function showFrictionless(id, shown) {
   const button = document.querySelector(`[data-switch="${id}"]`);
   if (!button) return;   // nothing of it was run without friction
@@ -149,7 +149,7 @@ async function showFrictionless(id, shown) {
   await draw(id);
 }
 
-/** Fill the legends of all plots: their runs, which a click hides; the first says what panels mark, too. */
+/** Fill the legends of all plots: their runs, which a click hides; the first one also has the marks of panels. */
 function fillLegend({ runs }) {
   for (const list of document.querySelectorAll("[data-legend]")) {
     runs.forEach(({ label: name, css }, r) => entry(list, { name, css, dash: RUN_DASHES[r % RUN_DASHES.length] },
@@ -216,5 +216,5 @@ window.addEventListener("afterprint", () => {
   }
 });
 
-// For tests: draw everything, what is drawn, and what went wrong.
+// For tests: draw everything, the drawn plots, and errors.
 window.maglevReport = { drawAll: () => decoded.then(drawAll), errors, figures: report.figures, plots, ready };

@@ -8,7 +8,7 @@ const pending = {};  // promises of the same
 function fail(error) {
   errors.push(String(error && error.stack ? error.stack : error));
 }
-window.maglevReport = { errors };   // for tests: what went wrong
+window.maglevReport = { errors };   // for tests
 window.addEventListener("error", (event) => fail(event.error || event.message));
 window.addEventListener("unhandledrejection", (event) => fail(event.reason));
 
@@ -52,7 +52,7 @@ function valueAt({ times, values }, time) {
   return values[k - 1] + (values[k] - values[k - 1]) * (time - times[k - 1]) / (times[k] - times[k - 1]);
 }
 
-// What stands before a button is copied.
+// The text before a button is copied.
 document.addEventListener("click", async ({ target }) => {
   if (!target.matches("button.copy")) return;
   await navigator.clipboard.writeText(target.previousElementSibling.textContent);
