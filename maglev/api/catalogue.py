@@ -180,9 +180,11 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
 
 def require_different_names(files: Iterable[Path], names: Iterable[str]) -> None:
     """Refuse a class that is called like another one, or like an FMU built with it: the files are named after them."""
+    from maglev.cosim.open import read_description  # in another process, which a file may end when it is imported
+
     taken = {name.casefold(): name for name in names}
     for file in files:
-        name = load(file).definition.name
+        name = read_description("controller", file).modelName
         other = taken.setdefault(name.casefold(), str(file))
         if other != str(file):
             raise ControllerError(f"{file}: its class {name} has the name of {other}, expected another one: the FMU is "

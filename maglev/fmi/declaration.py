@@ -14,8 +14,8 @@ from typing import Any
 
 from maglev.files.fmi_units import SYMBOLS, UnknownUnit, exponents
 from maglev.fmi.definition import SAMPLE_TIME, DefaultExperiment, Drawing, FmuDefinition, Variable
-from maglev.fmi.sampled_block import FIRST_PORT, STEP_MISFIT, SampledBlock
 from maglev.fmi.trouble import RAISED, error_text
+from maglev.fmi.user_block import FIRST_PORT, STEP_MISFIT, block_of
 from maglev.language.errors import ExportError
 
 TABLES = {"inputs": "input", "outputs": "output", "parameters": "parameter"}
@@ -97,7 +97,7 @@ def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing,
     outputs = tuple(v for v in variables if v.causality == "output" and not v.boolean)
     return WrittenDefinition(
         name=name,
-        block=SampledBlock,
+        block=block_of(written, sampled),
         description=(inspect.getdoc(written) or f"class {name}").split("\n\n")[0].replace("\n", " "),
         variables=tuple(variables),
         refusals={**({STEP_MISFIT: REFUSED_STEP} if sampled else {}), **{
@@ -108,7 +108,8 @@ def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing,
         sampled=sampled,
         icon=icon,
         sketch=replace(sketch, arguments=(int(sampled),)),
-        arguments=(written, clock, tuple(v.place for v in outputs), sampled),
+        arguments=(written, clock),
+        finite=tuple((number, v.place) for number, v in enumerate(outputs, FIRST_PORT)),
         slave=("maglev.fmi.user_slave", "WrittenSlave"),
         author="",
         requires=requires,

@@ -110,6 +110,10 @@ class BlockSlave(Fmi2Slave):
     def slots(self) -> list[Slot]:
         return scalar_slots(self.block, self.definition.new_block())
 
+    def checked(self) -> int:
+        """Return the status of outputs after a start or a step; 0, for the blocks of this project check their own."""
+        return 0
+
     def refused(self, message: str) -> Refused:
         """Error to raise for a request that is not carried out.
 
@@ -144,7 +148,7 @@ class BlockSlave(Fmi2Slave):
         """Start the block."""
         self.allow("fmi2ExitInitializationMode", INITIALIZING)
         try:
-            status = self.block.start()
+            status = self.block.start() or self.checked()
         except self.raised as error:
             raise self.failed(error) from error
         self.refuse(status)
@@ -181,7 +185,7 @@ class BlockSlave(Fmi2Slave):
         if self.sampling and resolution > FITTING * step_size:
             step = self.whole_step(step_size, resolution)
         try:
-            status = self.block.step(current_time, step)
+            status = self.block.step(current_time, step) or self.checked()
         except self.raised as error:
             raise self.failed(error, current_time) from error
         if status and (self.definition.variable_step or step_size > NO_STEP + resolution):

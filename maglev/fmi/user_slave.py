@@ -2,7 +2,9 @@
 
 import sys
 from copy import deepcopy
+from math import isfinite
 from numbers import Real
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +15,25 @@ from maglev.fmi.trouble import RAISED, error_text
 
 
 class WrittenSlave(BlockSlave):
-    """Executes a `SampledBlock`; an exception of the user's class becomes an error that names its place."""
+    """Executes a block of `user_block`; an exception of the user's class becomes an error that names its place."""
 
     raised = RAISED
 
     def __init__(self, definition: FmuDefinition, **kwargs: Any):
         super().__init__(definition, **kwargs)
         self.written = type(self.block.law)
+        self.finite = [(status, attrgetter(place)) for status, place in definition.finite]
 
     def slots(self) -> list[Slot]:
         return []   # the state is copied as it is
+
+    def checked(self) -> int:
+        """Return the status of the first output that is no finite number."""
+        for status, port in self.finite:
+            value: Any = port(self.block)
+            if not (isinstance(value, (float, Real)) and isfinite(value)):
+                return status
+        return 0
 
     def failed(self, error: BaseException, time: float | None = None) -> Refused:
         """Refusal with the line of the class that failed."""

@@ -14,8 +14,6 @@ from maglev.files.scratch import scratch
 from maglev.fmi.declaration import WrittenDefinition
 from maglev.fmi.definition import FmuDefinition
 from maglev.fmi.native_build import own_code
-from maglev.fmi.native_law import native_law
-from maglev.fmi.sampled_block import FIRST_PORT
 from maglev.fmi.trouble import OWN
 from maglev.language.layout import Layout
 from maglev.language.program import Untranslatable
@@ -46,7 +44,8 @@ def buildable(path: Path, native: bool) -> Iterator[Buildable]:
         raise BuildError(problem)
     texts = {module: own.renamed for module, own in modules.modules.items()}
     if native:
-        yield Buildable(native_definition(definition, file), texts)
+        require_language(definition, file)
+        yield Buildable(definition, texts)
         return
     texts[FMU] = environment().get_template("written/definition.py.j2").render(
         name=name, module=own_name(file.stem), requires=modules.requires)
@@ -69,17 +68,11 @@ def importable(texts: Mapping[str, str]) -> Iterator[Path]:
                 sys.modules.pop(module, None)
 
 
-def native_definition(definition: WrittenDefinition, file: Path) -> WrittenDefinition:
-    """Definition of a class for a native FMU; BuildError, with the line, if it is not of the language of blocks."""
+def require_language(definition: WrittenDefinition, file: Path) -> None:
+    """Raise BuildError, with the line, for a class that is not of the language of blocks."""
     with language_errors():
         require_types(definition, file)
-    written, clock, _, sampled = definition.arguments
-    ports = tuple(v.place for v in definition.variables if v.causality == "output" and not v.boolean)
-    native = replace(definition, block=native_law, arguments=(written, clock, sampled),   # type: ignore[arg-type]
-                     finite=tuple(enumerate(ports, FIRST_PORT)))
-    with language_errors():
-        own_code(native, IN_FMUS)
-    return native
+        own_code(definition, IN_FMUS)
 
 
 @contextmanager

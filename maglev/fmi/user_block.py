@@ -1,11 +1,13 @@
-"""Blocks that step a user's object in a native FMU: `SampledBlock` in the language of blocks.
+"""Blocks that step a user's object, at its samples or at each communication step, in the language of blocks.
 
-The C around it checks the outputs, see `FmuDefinition.finite`.
+Who steps them checks the outputs, see `FmuDefinition.finite`.
 """
 
 from typing import Any
 
-from maglev.fmi.sampled_block import STEP_MISFIT, STEPPED
+STEPPED = 0
+STEP_MISFIT = 1   # the communication step does not fit the sample time
+FIRST_PORT = 2    # this and the following: which output is no finite number
 
 
 class SteppedLaw:
@@ -55,7 +57,8 @@ class StartedSampledLaw(SampledLaw):
         return STEPPED
 
 
-def native_law(written: type, clock: type, sampled: bool) -> SteppedLaw:
-    """Block of a class, for a native FMU."""
-    plain, starting = (SampledLaw, StartedSampledLaw) if sampled else (SteppedLaw, StartedSteppedLaw)
-    return (starting if hasattr(written, "start") else plain)(written, clock)
+def block_of(written: type, sampled: bool) -> type[SteppedLaw]:
+    """Class of the block that steps objects of a user's class."""
+    if hasattr(written, "start"):
+        return StartedSampledLaw if sampled else StartedSteppedLaw
+    return SampledLaw if sampled else SteppedLaw
