@@ -1,7 +1,6 @@
 """A table of numbers: a file as laboratories and other tools write it, or columns that are given.
 
-A plain CSV (UTF-8, commas, decimal points, the header first) is read with NumPy; everything else with pandas, of the
-extra `data`, which is imported only then.
+NumPy reads numbers with decimal points; other fields are read as texts, one row at a time.
 """
 
 import csv
@@ -101,9 +100,10 @@ class DataTable:
     def read_numbers(self, name: str) -> Array:
         if self.layout is None:
             return np.asarray(self.given[name], dtype=np.float64)
-        if name not in self.given:
+        if name not in self.given and self.layout.decimal == ".":
+            separator = None if self.layout.separator == " " else self.layout.separator
             try:
-                return np.asarray(np.loadtxt(StringIO(self.layout.body), delimiter=",", ndmin=1, comments=None,
+                return np.asarray(np.loadtxt(StringIO(self.layout.body), delimiter=separator, ndmin=1, comments=None,
                                              usecols=self.names.index(name), quotechar='"'), dtype=np.float64)
             except ValueError:
                 pass   # a comment between rows, a minus sign
@@ -219,38 +219,22 @@ def read_table(path: Path) -> DataTable:
 def table_of(data: bytes, path: Path) -> DataTable:
     """Table in the bytes of a file."""
     if data.startswith(PARQUET):
-        return given_table(str(path), required_pandas(path, "is Parquet").read_parquet(BytesIO(data)))
+        return parquet_table(data, path)
     text, encoding = decoded(data, path)
     layout = layout_of(text, path)
-    assumed = [*([f"is in {encoding}"] if encoding else []), *layout.assumed]
-    if (layout.separator, layout.decimal, encoding) == (",", ".", "") and not layout.assumed:
-        table = DataTable(path, layout.names, layout)
-        if '"' in layout.body or {line.count(",") + 1 for line in layout.body.split("\n")} != {len(layout.names)}:
-            table.require_full_rows()
-        return table
-    pandas = required_pandas(path, " and ".join(assumed))
-    table = DataTable(path, layout.names, layout, assumed=assumed)
-    if len(next(table.rows()).fields) > len(layout.names):
-        table.require_full_rows()   # pandas would leave out surplus fields of all rows
-    body = layout.body
-    if any(line.startswith(COMMENTS) for line in body.split("\n")):
-        body = "\n".join(line for line in body.split("\n") if not line.startswith(COMMENTS))
-    separator = r"\s+" if layout.separator == " " else layout.separator
-    try:
-        frame = pandas.read_csv(StringIO(body), sep=separator, header=None, names=range(len(layout.names)), dtype=str,
-                                index_col=False, na_filter=False, skipinitialspace=True, on_bad_lines="error")
-    except pandas.errors.ParserError as error:
+    table = DataTable(path, layout.names, layout, assumed=[*([f"is in {encoding}"] if encoding else []),
+                                                           *layout.assumed])
+    counts = {line.count(layout.separator) + 1 for line in layout.body.split("\n")}
+    if layout.separator == " " or '"' in layout.body or counts != {len(layout.names)}:
         table.require_full_rows()
-        raise CsvError(path, f"{error}, expected a CSV file") from None
-    table.given.update({name: frame[k].str.strip().to_numpy() for k, name in enumerate(layout.names) if name})
     return table
 
 
-def required_pandas(path: Path, why: str) -> Any:
-    """Return pandas, which reads all but plain CSV; CsvError, with the install command, if it is missing."""
-    if missing := lacking("pandas", "data", f"what {why}"):
-        raise CsvError(path, f"{why}, expected a plain CSV: UTF-8, commas, decimal points; {missing}")
-    return import_module("pandas")
+def parquet_table(data: bytes, path: Path) -> DataTable:
+    """Table of a Parquet file; CsvError, with the install command, without pandas, of the extra `data`."""
+    if missing := lacking("pandas", "data", "what is Parquet"):
+        raise CsvError(path, f"is Parquet, expected a CSV file; {missing}")
+    return given_table(str(path), import_module("pandas").read_parquet(BytesIO(data)))
 
 
 def given_table(name: str, given: Any) -> DataTable:

@@ -1,6 +1,8 @@
 """Times of the rows of a table in seconds: whatever their unit, time stamps, uneven ones, and gaps."""
 
+import re
 from collections.abc import Callable
+from datetime import UTC, datetime
 from itertools import pairwise
 from typing import Literal, NamedTuple, get_args
 
@@ -9,13 +11,14 @@ from numpy.typing import NDArray
 
 from maglev.files.arrays import Array
 from maglev.files.errors import CsvError, MaglevError, one_of, option
-from maglev.files.table import DataTable, required_pandas, scaled
+from maglev.files.table import DataTable, scaled
 from maglev.files.table_columns import TIME_OF_DAY, is_time_stamp
 from maglev.files.units import unit_of
 
 Gaps = Literal["refuse", "fill", "longest"]   # treatment of uneven times
 
 NAMES = ("time", "t", "timestamp", "time stamp", "datetime", "date time", "zeit")
+STAMP = re.compile(r"([^.,]*?\d)(?:[.,](\d+))?(Z|[+-]\d\d(?::?\d\d)?)?")   # whole seconds, their fraction, zone
 UNITS = ("s", "ms", "µs", "ns")   # that times without a unit may have
 LONGEST, SHORTEST = 5e-3, 1e-5   # s, sample times of recordings
 EPOCH = 1e8       # s; no run is as long
@@ -76,24 +79,33 @@ def seconds_since_first(moments: NDArray[np.datetime64]) -> Array:
 
 def stamps(table: DataTable, name: str, first: str) -> Array:
     """Seconds since the first of time stamps by ISO 8601, or of times of a day; CsvError if one is no time stamp."""
-    texts = table.texts(name)
-    pandas = required_pandas(table.path, f"column {name} has time stamps")
-    plain = pandas.Series(texts).str.replace(",", ".")
-    read: Callable[..., NDArray[np.datetime64]] = (
-        (lambda one: pandas.to_timedelta(one).to_numpy()) if TIME_OF_DAY.fullmatch(first) else
-        (lambda one: pandas.to_datetime(one, format="ISO8601", utc=True).dt.tz_convert(None).to_numpy()))
-    try:
-        moments = read(plain)
-    except (ValueError, TypeError):
-        for k, text in enumerate(texts):
-            try:
-                read(plain[k:k + 1])
-            except (ValueError, TypeError):
-                raise CsvError(table.path, f"row {table.line(k)}, column {name} is {text!r}, expected a time stamp, "
-                                           "such as 2024-05-01T12:00:00.0005") from None
-        raise
+    times = []
+    for k, text in enumerate(table.texts(name)):
+        try:
+            times.append(nanoseconds(text))
+        except ValueError:
+            raise CsvError(table.path, f"row {table.line(k)}, column {name} is {text!r}, expected a time stamp, such as "
+                                       "2024-05-01T12:00:00.0005") from None
     table.assume(f"{name} has time stamps, from {first} on")
-    return seconds_since_first(moments)
+    return np.array([time - times[0] for time in times], dtype=np.float64) / 1e9
+
+
+def nanoseconds(text: str) -> int:
+    """Time of a time stamp since 1970, UTC if it names no zone, or of a time of day since midnight, ns.
+
+    ValueError if a text is neither.
+    """
+    match = STAMP.fullmatch(text)
+    if match is None:
+        raise ValueError(text)
+    whole, fraction, zone = match.groups(default="")
+    if TIME_OF_DAY.fullmatch(text):
+        hours, minutes, seconds = map(int, whole.split(":"))
+        since = 3600 * hours + 60 * minutes + seconds
+    else:
+        moment = datetime.fromisoformat(whole + zone)
+        since = round((moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp())
+    return 10**9 * since + int(fraction[:9].ljust(9, "0"))
 
 
 class Even(NamedTuple):

@@ -12,7 +12,7 @@ import pytest
 from maglev.files.errors import CsvError, MaglevError
 from maglev.files.table import DataTable, given_table, read_table
 from maglev.files.table_columns import numbers_of, split_name
-from maglev.files.table_times import Times, even, require_time, times_of
+from maglev.files.table_times import Times, even, nanoseconds, require_time, times_of
 
 ROWS = [[0.0, 0.02, 1.5], [0.001, 0.021, -1.0], [0.002, 0.022, 2e-3]]
 PLAIN = "time,v,i_q\n0,0.02,1.5\n0.001,0.021,-1\n0.002,0.022,2e-3\n"
@@ -179,15 +179,21 @@ def test_a_column_of_arrays_beside_the_time_alone(tmp_path: Path) -> None:
     assert column(blanks, "i_q", "A") == [2.5, 3.5, 4.5]
 
 
-def test_without_pandas_a_plain_file_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As this project writes its own; of the rest it is said what it needs."""
+def test_only_parquet_needs_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("maglev.files.extras.find_spec", lambda name: None)
     monkeypatch.setitem(sys.modules, "pandas", None)
-    for name in ("plain", "line break in a header", "minus sign", "D exponent", "units in brackets", "epoch"):
-        assert column(read_table(file(tmp_path, READ[name][0])), "i_q", "A")[0] == 1.5
-    with pytest.raises(CsvError, match=r"mine\.csv: columns are separated by semicolons, expected a plain CSV: .*"
-                                       r"needs pandas; install it .*maglev-fmus\[data\]"):
-        read_table(file(tmp_path, READ["semicolons"][0]))
+    for content, _ in READ.values():
+        assert column(read_table(file(tmp_path, content)), "i_q", "A")[0] == 1.5
+    with pytest.raises(CsvError, match=r"mine\.csv: is Parquet, expected a CSV file; what is Parquet needs pandas; "
+                                       r"install it .*maglev-fmus\[data\]"):
+        read_table(file(tmp_path, b"PAR1"))
+
+
+def test_time_stamps_count_nanoseconds() -> None:
+    begin = nanoseconds("2024-05-01T12:00:00Z")
+    assert nanoseconds("2024-05-01 14:00:00.000500123+02:00") - begin == 500_123
+    assert nanoseconds("2024-05-02") - begin == 12 * 3600 * 10**9
+    assert nanoseconds("25:00:01,5") == 90_001_500_000_000
 
 
 @pytest.mark.parametrize(("header", "name", "unit"), [
