@@ -17,8 +17,7 @@ from native_builds import built_once, compiles_once, missing_native_tools, requi
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.descriptions.own_fmus import DEFINITIONS
 from maglev.descriptions.registry import STAGES
-from maglev.files.processes import processors
-from maglev.files.side_by_side import kept_processes
+from maglev.files.side_by_side import kept_processes, processors
 from maglev.scenario.catalogue import HOST, WASM, build
 
 NAMES = tuple(DEFINITIONS)

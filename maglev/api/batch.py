@@ -22,8 +22,7 @@ from maglev.files.errors import (
     require_table,
     signal_of,
 )
-from maglev.files.processes import processors
-from maglev.files.side_by_side import Say, Watch, unwatched, warn
+from maglev.files.side_by_side import Say, Watch, processors, unwatched, warn
 from maglev.files.units import whole_number
 from maglev.many.batches import runners
 from maglev.many.samples import BatchResult

@@ -9,8 +9,7 @@ from maglev.api.options import experiments_of
 from maglev.api.running import say_notes
 from maglev.files.errors import ScenarioError, option
 from maglev.files.pictures import require_matplotlib
-from maglev.files.processes import processors
-from maglev.files.side_by_side import Say, Watch, unwatched, warn
+from maglev.files.side_by_side import Say, Watch, processors, unwatched, warn
 from maglev.runs.baseline_check import check_runs
 from maglev.runs.baseline_file import baseline_file
 from maglev.runs.baseline_update import update_all

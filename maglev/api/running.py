@@ -9,8 +9,7 @@ from maglev.api.options import experiments_of
 from maglev.api.run import Run
 from maglev.files.errors import ScenarioError, UnknownName, nearest, one_of, option
 from maglev.files.pictures import require_matplotlib, write_figure
-from maglev.files.processes import processors
-from maglev.files.side_by_side import Progress, Say, Watch, unwatched, warn
+from maglev.files.side_by_side import Progress, Say, Watch, processors, unwatched, warn
 from maglev.files.units import own_number
 from maglev.files.whole_file import write_whole
 from maglev.pages.picture import figure_of

@@ -27,9 +27,8 @@ from maglev.files.errors import (
     require_table,
     shortened,
 )
-from maglev.files.processes import processors
 from maglev.files.scratch import scratch
-from maglev.files.side_by_side import Say, Watch, unwatched, warn
+from maglev.files.side_by_side import Say, Watch, processors, unwatched, warn
 from maglev.files.units import number_or_text, whole_number
 from maglev.many.batches import runners
 from maglev.many.study_file import StudyFile, load_study, read_study

@@ -9,8 +9,7 @@ from typing import Any, Unpack
 from maglev.api.studying import made_ready
 from maglev.descriptions.writer import render
 from maglev.files.errors import ScenarioError, key_path, option
-from maglev.files.processes import processors
-from maglev.files.side_by_side import Say, Watch, unwatched, warn
+from maglev.files.side_by_side import Say, Watch, processors, unwatched, warn
 from maglev.files.whole_file import write_whole
 from maglev.linear.parameters import controllers
 from maglev.many.batches import runners

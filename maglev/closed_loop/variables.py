@@ -4,7 +4,7 @@ import re
 from dataclasses import replace
 
 from controller_fmu.status import STEP_MISFIT
-from maglev.closed_loop.loop_step import COMMAND_TOO_LARGE, OF_PLANT
+from maglev.closed_loop.closed_loop import COMMAND_TOO_LARGE, OF_PLANT
 from maglev.fmi.definition import FmuDefinition, Variable
 
 SAMPLE_TIME = "sample time; the communication step must be a whole multiple of it"

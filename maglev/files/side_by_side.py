@@ -1,6 +1,7 @@
 """Tasks side by side in processes, each of which does one after the other: a task that dies leaves the others alone."""
 
 import math
+import os
 import pickle
 import sys
 import time
@@ -12,7 +13,8 @@ from functools import partial
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
-from maglev.files.errors import Interrupted, ended_by, signal_of
+from maglev.files.errors import Interrupted, ScenarioError, ended_by, signal_of
+from maglev.files.units import whole_number
 from maglev.files.worker_process import PATIENCE, POLL, Inbox, Said, Send, WorkerProcess
 
 T = TypeVar("T")
@@ -36,6 +38,16 @@ class Stopped(Interrupted):
         self.what = what
         self.results = results
         self.left = left
+
+
+def processors(asked: int | None = None, name: str = "jobs") -> int:
+    """How many processes or threads: as many as `asked`, or as this process has processors.
+
+    ScenarioError, which begins with the name, if it is no number of them.
+    """
+    if asked is not None:
+        return whole_number(asked, ScenarioError, name)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager

@@ -19,8 +19,7 @@ from maglev.files.belonging import stranger
 from maglev.files.errors import CsvError, nearest, shortened
 from maglev.files.extras import lacking
 from maglev.files.table_columns import NO_NUMBER, is_number, numbers_of, split_name
-from maglev.files.table_layout import COMMENTS, Layout, Row, first_ragged, layout_of
-from maglev.files.table_text import decoded, file_bytes
+from maglev.files.table_layout import Layout, Row, decoded, file_bytes, first_ragged, layout_of
 from maglev.files.units import Unit, known_unit, like
 
 PARQUET = b"PAR1"

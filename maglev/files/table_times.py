@@ -84,8 +84,8 @@ def stamps(table: DataTable, name: str, first: str) -> Array:
         try:
             times.append(nanoseconds(text))
         except ValueError:
-            raise CsvError(table.path, f"row {table.line(k)}, column {name} is {text!r}, expected a time stamp, such as "
-                                       "2024-05-01T12:00:00.0005") from None
+            raise CsvError(table.path, f"row {table.line(k)}, column {name} is {text!r}, expected a time stamp, such "
+                                       "as 2024-05-01T12:00:00.0005") from None
     table.assume(f"{name} has time stamps, from {first} on")
     return np.array([time - times[0] for time in times], dtype=np.float64) / 1e9
 

@@ -1,9 +1,10 @@
 """Libraries for several platforms from one machine, by zig's C compiler."""
 
 import os
+import struct
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -12,7 +13,6 @@ from maglev.files.cache import is_private
 from maglev.files.extras import lacking
 from maglev.files.programs import output_of, python_environment
 from maglev.files.scratch import scratch
-from maglev.fmi.mach_o import universal
 from maglev.language.errors import ExportError
 
 # No contraction of a product and a sum into one rounding: Python does not do it either. A square root is the
@@ -50,6 +50,11 @@ MACOS = PLATFORMS["x86_64-darwin"]._replace(targets=("x86_64-macos.11.0", "aarch
 WEBASSEMBLY = Platform(("wasm32-wasi",), ".wasm", (
     "-UBLOCKS_IN_ONE_UNIT", "-mexec-model=reactor", "-Wl,--export-dynamic", "-Wl,--export=malloc", "-Wl,--export=free"))
 
+# Universal binaries of macOS: several libraries, each for one processor, behind a common header.
+FAT_MAGIC = 0xCAFEBABE      # of the header, which is big-endian
+MACH_MAGIC = 0xFEEDFACF     # of a 64-bit library, in its own byte order
+ALIGNMENT = 14              # power of two, by which each library is placed: a page of arm64
+
 
 def require_zig() -> None:
     """Raise ExportError if ziglang, an extra of this project, is not installed."""
@@ -73,6 +78,21 @@ def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
                             str(output.relative_to(root)), UNIT.format(name)])
             made.append(output.read_bytes())
     return made[0] if len(made) == 1 else universal(made)
+
+
+def universal(libraries: Sequence[bytes]) -> bytes:
+    """Universal binary of 64-bit Mach-O libraries, little-endian."""
+    header = struct.pack(">II", FAT_MAGIC, len(libraries))
+    result = bytearray(1 << ALIGNMENT)   # in which the header has its place
+    for library in libraries:
+        magic, processor, variant = struct.unpack_from("<III", library)
+        if magic != MACH_MAGIC:
+            raise ValueError(f"library begins with {magic:#x}, expected a 64-bit Mach-O library, {MACH_MAGIC:#x}")
+        result += bytes(-len(result) % (1 << ALIGNMENT))
+        header += struct.pack(">IIIII", processor, variant, len(result), len(library), ALIGNMENT)
+        result += library
+    result[:len(header)] = header
+    return bytes(result)
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from gymnasium.vector.utils import batch_space
 from maglev.cosim.native_blocks import Part, compile_blocks, filled_in, indented, native_parts, out_of_range
 from maglev.files.arrays import Array
 from maglev.files.errors import FmuError, ScenarioError, shortened
-from maglev.files.processes import processors
+from maglev.files.side_by_side import processors
 from maglev.files.units import whole_number
 from maglev.fmi.block_code import c_path
 from maglev.fmi.definition import Variable

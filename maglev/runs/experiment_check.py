@@ -19,9 +19,8 @@ from maglev.cosim.helper_process import called_apart
 from maglev.cosim.isolated_run import TIMEOUT
 from maglev.files.arrays import Array
 from maglev.files.errors import FAILURES, FmuError, in_one_line, nearest, option
-from maglev.files.processes import processors
 from maglev.files.scratch import remove_scratch
-from maglev.files.side_by_side import Progress, Watch, Watcher, unwatched, watched
+from maglev.files.side_by_side import Progress, Watch, Watcher, processors, unwatched, watched
 from maglev.files.time_grid import ON_GRID
 from maglev.files.worker_process import Forged
 from maglev.fmi.parameter import REALS

@@ -10,9 +10,8 @@ from maglev.descriptions.own_fmus import SYSTEM_STOP, definition, project
 from maglev.descriptions.registry import STAGES
 from maglev.files.cache import PLACE, cache_folder, digest_at
 from maglev.files.errors import BuildError
-from maglev.files.processes import processors
 from maglev.files.programs import programs_side_by_side
-from maglev.files.side_by_side import Progress
+from maglev.files.side_by_side import Progress, processors
 from maglev.files.whole_file import whole_files
 from maglev.fmi.build import build_fmu
 from maglev.fmi.compiler import require_zig

@@ -3,7 +3,7 @@
 import struct
 from typing import NamedTuple
 
-from maglev.fmi.mach_o import FAT_MAGIC
+from maglev.fmi.compiler import FAT_MAGIC
 
 PE32_PLUS = 0x20B
 X86_64_WINDOWS = 0x8664

@@ -8,7 +8,7 @@ from fmu_access import put, refusal, step
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maglev.closed_loop.loop_step import samples_in
+from maglev.closed_loop.closed_loop import samples_in
 from maglev.cosim.fmu import Fmu
 from maglev.descriptions.own_fmus import DEFINITIONS, definition
 
