@@ -3,10 +3,10 @@
 import re
 from collections.abc import Iterable, Sequence
 from itertools import accumulate
+from textwrap import fill
 
 LONGEST = 120   # characters of a line
-BREAKS = re.compile(r" (?=(?:and|or) )"), re.compile(r" (?=[+-] )"), re.compile(", ")   # the best first
-BRACKETLESS = re.compile(r"^(\s*(?:if not|if|return|[\w.]+ =) )(.+?)(:?)$")
+UNBROKEN = re.compile(r" (?=[!=<>*/]=? )|(?<= [!=<>]=) |(?<= [<>*/+-]) |(?<= and) |(?<= or) |(?<=:) ")   # spaces
 
 
 def each(items: Iterable[str | tuple[str, ...]], text: str, between: str = ", ") -> str:
@@ -26,52 +26,19 @@ def factor(value: float) -> str:
 
 
 def fitted(text: str) -> str:
-    """Text of a module whose lines of code are within their length, as far as they can be broken."""
+    """Text of a module in which brackets on lines of code that are too long continue below."""
     lines = text.split("\n")
     quotes = accumulate(line.count('"""') for line in lines)
-    fitting = []
-    inside = 0   # brackets that are open
-    for line, quoted in zip(lines, quotes, strict=True):
-        if '"""' not in line and quoted % 2 == 0:
-            code, mark, comment = line.partition("   #")
-            if len(line) > LONGEST:
-                code = broken(code, inside) or broken(BRACKETLESS.sub(r"\1(\2)\3", code), inside) or code
-            inside += level(code)
-            line = code + mark + comment
-        fitting.append(line)
-    return "\n".join(fitting)
+    return "\n".join(line if len(line) <= LONGEST or '"""' in line or quoted % 2 else broken(line)
+                     for line, quoted in zip(lines, quotes, strict=True))
 
 
-def broken(code: str, inside: int) -> str:
-    """A line, some brackets open before it, broken as far out as it can be; empty if it cannot be."""
-    depth = len(code) - len(code.lstrip())
-    done, rest = "", code
-    while len(rest) > LONGEST:
-        begin = len(rest) - len(rest.lstrip()) + 1
-        cuts = [(inside + level(done + rest[:found.end()]), rank, -found.end())
-                for rank, between in enumerate(BREAKS) for found in between.finditer(rest, begin, LONGEST)]
-        cut = -min((each for each in cuts if each[0] > 0), default=(0, 0, 0))[2]
-        columns = open_brackets(done + rest[:cut])
-        indent = max(columns[-1] + 1, depth + 8) if columns else depth + 4
-        if cut <= indent:
-            return ""
-        done += rest[:cut].rstrip() + "\n"
-        rest = " " * indent + rest[cut:]
-    return done + rest
-
-
-def level(text: str) -> int:
-    """Brackets that are open at the end of a text."""
-    return sum((letter in "([{") - (letter in ")]}") for letter in text)
-
-
-def open_brackets(text: str) -> list[int]:
-    """Columns of the brackets of a text that are open at its end."""
-    columns: list[int] = []
-    for line in text.split("\n"):
-        for column, letter in enumerate(line):
-            if letter in "([{":
-                columns.append(column)
-            elif letter in ")]}":
-                columns = columns[:-1]
-    return columns
+def broken(line: str) -> str:
+    """A line of code in lines within their length, if it is in one bracket from that bracket on; else as it is."""
+    code, mark, comment = line.partition("   #")
+    begin = min(filter(lambda place: place >= 0, map(code.find, "([{")), default=-1)
+    depths = list(accumulate((letter in "([{") - (letter in ")]}") for letter in code.rstrip(":,")))
+    if begin < 0 or 0 in depths[begin:-1]:
+        return line
+    return fill(UNBROKEN.sub("\N{NO-BREAK SPACE}", code), LONGEST, subsequent_indent=" " * (begin + 1), break_long_words=False,
+                break_on_hyphens=False).replace("\N{NO-BREAK SPACE}", " ") + mark + comment

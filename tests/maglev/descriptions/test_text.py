@@ -15,9 +15,8 @@ from maglev.descriptions.template_text import (
 )
 
 NAMES = st.lists(st.from_regex("[a-z]{1,12}", fullmatch=True), min_size=1, max_size=30)
-STATEMENTS = {"held = {}": " or ", "self.plant.held = {}": " and ", "return {}": " + ", "call({})": ", ",
-              "if {}:\n            pass": " or ", "if not ({}):\n            pass": " and ",
-              "torque = (height * thrust + {})": " - "}
+STATEMENTS = {"held = ({})": " or ", "self.plant.held = ({})": " and ", "call({})": ", ", "table = {{'a': {}}}": " == ",
+              "if not ({}):\n            pass": " or ", "torque = (height * thrust + {})": " - "}
 
 
 @pytest.mark.parametrize(("terms", "sums"), [(["a"], "f(a)"), (["a", "b"], "(f(a) + f(b))")])
@@ -41,7 +40,12 @@ def test_lines_that_are_too_long_are_broken_and_say_the_same(names: list[str], s
 
 def test_a_comment_stays_behind_its_line() -> None:
     long = " or ".join(["an_attribute.of_something"] * 5)
-    assert fitted(f"held = {long}   # by any, or none\n").endswith("of_something)   # by any, or none\n")
+    assert fitted(f"held = ({long})   # by any, or none\n").endswith("of_something)   # by any, or none\n")
+
+
+def test_a_line_that_is_not_in_one_bracket_is_left_as_it_is() -> None:
+    for text in (" + ".join(["f(x)"] * 30), " + ".join(["x"] * 100)):
+        assert fitted(text) == text
 
 
 def test_documentation_is_left_as_it_is() -> None:
