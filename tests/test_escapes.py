@@ -28,12 +28,10 @@ from maglev.files.console import plain_console
 from maglev.files.errors import StageError
 from maglev.files.pictures import new_figure, write_figure
 from maglev.files.toml_file import read_toml
-from maglev.fmi.documentation import documentation
+from maglev.fmi.documentation import documentation, typeset
 from maglev.fmi.escapes import c_comment, c_string, csv_text, xml_text
 from maglev.fmi.freestanding import listed, members, parameter_line
-from maglev.fmi.mathml import typeset
-from maglev.fmi.model_description import model_description
-from maglev.fmi.model_description_3 import model_description_3
+from maglev.fmi.model_description import model_description, model_description_3
 from maglev.fmi.model_table import model_table
 from maglev.many.tuning_file import TuneFile
 from maglev.many.tuning_search import SearchResult, gains_toml

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from maglev.files.extras import lacking
+from maglev.files.errors import lacking
 from maglev.files.packages import PACKAGES
 
 ROOT = Path(__file__).parents[1]

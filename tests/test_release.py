@@ -134,7 +134,7 @@ def test_fmus_with_a_clock_are_taken_beside_a_plant_that_has_none(clocked_fmus: 
 def test_native_fmus_are_taken_without_a_compiler(shipped: Path, native_fmus: Path, tmp_path: Path,
                                                   monkeypatch: pytest.MonkeyPatch) -> None:
     """Out of the archive or a folder, with the system of them and the loop that steps them; others are refused."""
-    monkeypatch.setattr("maglev.files.extras.find_spec", lambda name: None if name == "ziglang" else name)
+    monkeypatch.setattr("maglev.files.errors.find_spec", lambda name: None if name == "ziglang" else name)
     before = build_loop()
     monkeypatch.setenv("MAGLEV_CACHE", str(tmp_path / "cache"))
     assert own_loop() is None

@@ -11,8 +11,7 @@ from maglev.descriptions.own_fmus import DEFINITIONS, definition
 from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.marked import with_part
 from maglev.fmi.definition import FmuDefinition
-from maglev.fmi.model_description import model_description
-from maglev.fmi.model_description_3 import model_description_3
+from maglev.fmi.model_description import model_description, model_description_3
 from pmlsm.stage_description import StageDescription
 
 DOCS = Path(__file__).parents[1] / "docs"

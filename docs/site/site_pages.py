@@ -8,7 +8,7 @@ from typing import Any
 from docutils import nodes
 from sphinx import addnodes
 
-from maglev.fmi.mathml import mathml
+from maglev.fmi.documentation import mathml
 
 COLOURS = Path(__file__).parents[2] / "maglev" / "pages" / "shell" / "tokens.css"
 NUMBER = re.compile(r"\(([1-9]\.\d{1,2}[a-z]?)\)")

@@ -8,8 +8,7 @@ import typer
 import maglev
 from maglev.cli.options import MORE, Debug, Jobs, Out, pairs, run_names, with_run_options
 from maglev.cli.terminal import one_line_errors, print_json, progress_of, report_console, say
-from maglev.files.errors import ScenarioError
-from maglev.files.extras import lacking
+from maglev.files.errors import ScenarioError, lacking
 
 Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", show_default=False, rich_help_panel=MORE,
                                                help="Use the workers of this Dask scheduler.")]

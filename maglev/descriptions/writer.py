@@ -1,10 +1,13 @@
 """Writes pages of a stage, and files for its user: templates that look like their results, with its names in them."""
 
+import re
+from collections.abc import Iterable, Sequence
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from maglev.descriptions import template_text as text
 from maglev.descriptions import tex
 from maglev.descriptions.names import HELD, TEMPLATES
 from maglev.files.errors import in_one_line, quoted
@@ -21,6 +24,9 @@ PAGES = (
     "controller_fmu/documentation/setpoint_{}.html",
     "controller_fmu/documentation/rows_{}.html")
 
+LONGEST = 120   # characters of a line
+UNBROKEN = re.compile(r" (?=[!=<>*/]=? )|(?<= [!=<>]=) |(?<= [<>*/+-]) |(?<= and) |(?<= or) |(?<=:) ")   # spaces
+
 
 @cache
 def environment() -> "Environment":
@@ -30,8 +36,8 @@ def environment() -> "Environment":
     made = Environment(loader=FileSystemLoader(TEMPLATES), undefined=StrictUndefined, trim_blocks=True,
                        lstrip_blocks=True, keep_trailing_newline=True)
     made.filters |= {
-        "cited": tex.cited, "each": text.each, "line": in_one_line, "page_text": page_text, "quoted": quoted,
-        "sentence": tex.tex_sentence, "total": text.sum_text}
+        "cited": tex.cited, "each": each, "line": in_one_line, "page_text": page_text, "quoted": quoted,
+        "sentence": tex.tex_sentence, "total": sum_text}
     return made
 
 
@@ -70,8 +76,8 @@ def template_values(stage: StageDescription) -> dict[str, Any]:
         "stopped": [axis.name for axis in stage.axes if axis.stop is not None],
         "motors": list(stage.motor_names), "drives": [(motor.name, motor.drives) for motor in stage.motors],
         "motors_of": motors_of,
-        "driving": {axis: text.factor(stage.sharing * len(names)) for axis, names in motors_of.items()},
-        "n": text.factor(stage.sharing), "all": text.factor(stage.carrying),
+        "driving": {axis: factor(stage.sharing * len(names)) for axis, names in motors_of.items()},
+        "n": factor(stage.sharing), "all": factor(stage.carrying),
         "attraction": attraction, "coils": coils, "iron": iron,
         "thrust": {axis: stage.constants_of(axis)[0] for axis in horizontal},
         "unlike": unlike, "its": "geometry" if unlike else "self.geometry",
@@ -96,7 +102,7 @@ def written_page(path: str, stage: StageDescription) -> str:
 
 def written_class(kind: str, stage: StageDescription, name: str, file: str) -> str:
     """Text of a "controller" or a "plant" for a user of a stage to begin with: a class of a name, in a file."""
-    return text.fitted(render(template(f"new/{kind}_{{}}.py", bool(stage.rotations)), stage, name=name, file=file))
+    return fitted(render(template(f"new/{kind}_{{}}.py", bool(stage.rotations)), stage, name=name, file=file))
 
 
 def page_texts(stage: StageDescription) -> dict[str, str]:
@@ -109,3 +115,38 @@ def write(stage: StageDescription, root: Path) -> None:
     for path, content in page_texts(stage).items():
         (root / path).parent.mkdir(parents=True, exist_ok=True)
         (root / path).write_text(content, encoding="utf-8")
+
+
+def each(items: Iterable[str | tuple[str, ...]], text: str, between: str = ", ") -> str:
+    """The text for each item, which stands in it as {0}, or whose parts do as {0}, {1} and so on."""
+    return between.join(text.format(*((item,) if isinstance(item, str) else item)) for item in items)
+
+
+def sum_text(items: Sequence[str], text: str = "{0}") -> str:
+    """Sum of the text for each item, in brackets where there are several."""
+    terms = each(items, text, " + ")
+    return terms if len(items) == 1 else f"({terms})"
+
+
+def factor(value: float) -> str:
+    """Factor before a term, left out where it is 1."""
+    return "" if value == 1.0 else f"{value!r} * "
+
+
+def fitted(text: str) -> str:
+    """Text of a module in which brackets on lines of code that are too long continue below."""
+    lines = text.split("\n")
+    quotes = accumulate(line.count('"""') for line in lines)
+    return "\n".join(line if len(line) <= LONGEST or '"""' in line or quoted % 2 else broken(line)
+                     for line, quoted in zip(lines, quotes, strict=True))
+
+
+def broken(line: str) -> str:
+    """A line of code in lines within their length, if it is in one bracket from that bracket on; else as it is."""
+    code, mark, comment = line.partition("   #")
+    begin = min(filter(lambda place: place >= 0, map(code.find, "([{")), default=-1)
+    depths = list(accumulate((letter in "([{") - (letter in ")]}") for letter in code.rstrip(":,")))
+    if begin < 0 or 0 in depths[begin:-1]:
+        return line
+    return fill(UNBROKEN.sub("\N{NO-BREAK SPACE}", code), LONGEST, subsequent_indent=" " * (begin + 1),
+                break_long_words=False, break_on_hyphens=False).replace("\N{NO-BREAK SPACE}", " ") + mark + comment

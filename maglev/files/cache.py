@@ -7,9 +7,10 @@ as long as its content has that digest, and nobody else can write there.
 import atexit
 import errno
 import hashlib
+import json
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ from maglev.files.scratch import remove_scratch, scratch_folder
 from maglev.files.whole_file import whole_file
 
 PLACE = "MAGLEV_CACHE"   # environment variable with the folder, instead of the system's
+FILES = "files"          # key of a record in JSON: digests, by file name, of files that belong together
 FOLDERS = FMUS, STEP_LOOP, BLOCK_LOOPS = "fmus", "step_loop", "block_loops"   # in it
 
 
@@ -131,6 +133,25 @@ def digest_of_all(files: Mapping[str, bytes]) -> str:
         hashed.update(f"{name}\0{len(content)}\0".encode("utf-8", "surrogateescape"))
         hashed.update(content)
     return hashed.hexdigest()
+
+
+def digests_of(paths: Iterable[Path]) -> dict[str, str]:
+    return {path.name: digest_at(path) for path in paths}
+
+
+def record_conflict(path: Path) -> str:
+    """Why a file is not the one that the JSON next to it is of, as the end of a sentence.
+
+    Empty if it is, or if there is none that has its digest.
+    """
+    record = path.with_suffix(".json")
+    try:
+        expected = json.loads(regular(record).read_text(encoding="utf-8"))[FILES][path.name]
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
+    return "" if digest_at(path) == expected else (
+        f"does not belong to {record.name} next to it: one of the two was edited, or comes from another run. Keep both "
+        "files of one run, or this file alone")
 
 
 def is_private(path: Path) -> bool:

@@ -32,11 +32,10 @@ import signal
 from collections.abc import Collection, Iterable, Sequence
 from difflib import get_close_matches
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from unicodedata import category
-
-from maglev.files.extras import lacking
 
 LONGEST_VALUE = 80   # characters of an offending value in a message
 MOST_NAMED = 3       # names in a row, where there are many
@@ -245,6 +244,19 @@ def quoted(key: str) -> str:
 
 class StageError(MaglevError):
     """A description of a stage that cannot be used; one line with file, key, value and expected value."""
+
+
+def installing(extra: str) -> str:
+    """Return the command that installs an extra where this package is installed; pip then looks on no index."""
+    return f"python -m pip install 'maglev-fmus[{extra}]'"
+
+
+def lacking(module: str, extra: str, user: str) -> str:
+    """Return the message that a needed module of an extra is missing, and the remedy; empty if it is installed."""
+    package = module.partition(".")[0]
+    if find_spec(package) is not None:
+        return ""
+    return f"{user} needs {package}; install it with the Python that runs maglev: {installing(extra)}"
 
 
 def extra(module: str, name: str, user: str = "this", error: type[MaglevError] = MaglevError) -> Any:

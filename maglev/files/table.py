@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.files.arrays import Array
-from maglev.files.belonging import stranger
-from maglev.files.errors import CsvError, nearest, shortened
-from maglev.files.extras import lacking
+from maglev.files.cache import record_conflict
+from maglev.files.errors import CsvError, lacking, nearest, shortened
 from maglev.files.table_columns import NO_NUMBER, is_number, numbers_of, split_name
 from maglev.files.table_layout import Layout, Row, decoded, file_bytes, first_ragged, layout_of
 from maglev.files.units import Unit, known_unit, like
@@ -210,7 +209,7 @@ def read_table(path: Path) -> DataTable:
     CsvError also if the record of a run next to it is of another file.
     """
     data = file_bytes(path)
-    if why := stranger(path):
+    if why := record_conflict(path):
         raise CsvError(path, why)
     return table_of(data, path)
 

@@ -15,8 +15,7 @@ from maglev.fmi.binaries import binaries
 from maglev.fmi.definition import FmuDefinition
 from maglev.fmi.documentation import documentation, external_dependencies, icon_of
 from maglev.fmi.icon import png_icon, svg_file
-from maglev.fmi.model_description import model_description
-from maglev.fmi.model_description_3 import terminals_and_icons
+from maglev.fmi.model_description import model_description, terminals_and_icons
 from maglev.language.errors import ExportError
 from maglev.language.sources import carried_modules, imported_modules, renamed
 

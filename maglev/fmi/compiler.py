@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from maglev.files.cache import is_private
-from maglev.files.extras import lacking
+from maglev.files.errors import lacking
 from maglev.files.programs import output_of, python_environment
 from maglev.files.scratch import scratch
 from maglev.language.errors import ExportError

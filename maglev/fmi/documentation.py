@@ -4,6 +4,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from decimal import Decimal
+from functools import lru_cache
 from html import escape
 from pathlib import Path
 from urllib.parse import quote
@@ -11,7 +12,6 @@ from urllib.parse import quote
 from maglev.files.fmi_units import RAISED, typeset_unit
 from maglev.fmi.definition import FmuDefinition
 from maglev.fmi.icon import Shape, svg_file, svg_icon
-from maglev.fmi.mathml import typeset
 from maglev.fmi.sketch import STYLE as SKETCH_STYLE
 from maglev.fmi.templates import filled
 from maglev.language.sources import module_path
@@ -20,6 +20,10 @@ HERE = Path(__file__).with_name("pages")
 
 # Of the columns of a table after the name.
 LOOKS = (' class="number"', ' class="unit"', ' class="range"', "", ' class="text"', ' class="text source"')
+
+# In the HTML of a page: \(…\) within a line, \[…\] on a line of its own.
+TEX = re.compile(r"\\\((.+?)\\\)|\\\[(.+?)\\\]", re.DOTALL)
+PAIRS = ("{", "}"), (r"\\begin\b", r"\\end\b"), (r"\\left\b", r"\\right\b")
 
 
 def external_dependencies(definition: FmuDefinition) -> str:
@@ -97,3 +101,27 @@ def numeral(value: float) -> str:
         power = f"10{str(int(exponent)).translate(RAISED)}"
         text = {"1": power, "-1": f"-{power}"}.get(mantissa, f"{mantissa} · {power}")
     return text.replace("-", "−")
+
+
+@lru_cache(maxsize=1024)
+def mathml(tex: str, display: bool = False) -> str:
+    """An equation within a line, or on a line of its own: there one for each part between \\qquad, to be wrapped."""
+    # Reading its table of symbols takes a tenth of a second, which only who typesets something shall wait for.
+    from latex2mathml.converter import convert
+
+    if not display:
+        return str(convert(tex))
+    first, *others = tex.split(r"\qquad")
+    parts = [first]
+    for part in others:
+        if all(len(re.findall(begun, parts[-1])) == len(re.findall(ended, parts[-1])) for begun, ended in PAIRS):
+            parts.append(part)
+        else:
+            parts[-1] += rf"\qquad{part}"
+    return "".join(convert(part, display="block") for part in parts)
+
+
+def typeset(html: str) -> str:
+    """HTML with its equations as MathML."""
+    return TEX.sub(lambda match: mathml(match[1]) if match[1] else
+                   f"<div>{mathml(match[2], display=True)}</div>", html)

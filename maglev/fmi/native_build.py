@@ -14,8 +14,7 @@ from maglev.fmi.block_code import BLOCK, TEMPLATES, BlockCode, block_code
 from maglev.fmi.build import Maker, build_date, common_files, digest, write_archive
 from maglev.fmi.compiler import FLAGS, MACOS, PLATFORMS, WEBASSEMBLY, Platform, library
 from maglev.fmi.definition import FmuDefinition
-from maglev.fmi.model_description import model_description
-from maglev.fmi.model_description_3 import build_description, model_description_3
+from maglev.fmi.model_description import build_description, model_description, model_description_3
 from maglev.fmi.model_table import SOURCE, model_table
 from maglev.fmi.templates import filled
 from maglev.language.errors import ExportError

@@ -13,7 +13,7 @@ import numpy as np
 import pyarrow as pa
 
 from maglev.files.arrays import Array
-from maglev.files.extras import lacking
+from maglev.files.errors import lacking
 from maglev.many.study_columns import EVENTS
 from maglev.pages import shell
 from maglev.pages.findings import html_table, typeset

@@ -12,7 +12,7 @@ import pytest
 from native_builds import require_native_tools
 from wheel import ROOT
 
-from maglev.files.extras import installing
+from maglev.files.errors import installing
 
 TYPED = re.compile(r"^    ((?:maglev|python3?|pip|make|sed|git|dask|cp|mkdir) \S.*)$", re.MULTILINE)
 PAGES = {str(path.relative_to(ROOT)): TYPED.findall(path.read_text(encoding="utf-8"))

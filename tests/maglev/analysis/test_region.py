@@ -90,7 +90,7 @@ def test_refusals(arguments: dict[str, Any], message: str) -> None:
 
 
 def test_without_cvxpy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("maglev.files.extras.find_spec", lambda _: None)
+    monkeypatch.setattr("maglev.files.errors.find_spec", lambda _: None)
     line = error_line(maglev("region", "3dof", "x", "--gap", "25mm"))
     assert line == ("maglev: a region needs cvxpy; install it with the Python that runs maglev: python -m pip install "
                     "'maglev-fmus[region]'")

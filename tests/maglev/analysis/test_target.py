@@ -21,8 +21,7 @@ from maglev.api.comparing import put_in
 from maglev.api.target import usual_run
 from maglev.cosim.master import Recording, RunFailed
 from maglev.descriptions.own_fmus import definition
-from maglev.files.errors import FmuError
-from maglev.files.extras import installing
+from maglev.files.errors import FmuError, installing
 from maglev.runs.preparation import Experiment
 from maglev.scenario.loading import load_plan
 
@@ -233,7 +232,7 @@ def test_a_whole_run(fmus: Path, tmp_path: Path) -> None:
 
 
 def test_without_a_compiler_it_is_not_run(fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("maglev.files.extras.find_spec", lambda name: None if name == "ziglang" else find_spec(name))
+    monkeypatch.setattr("maglev.files.errors.find_spec", lambda name: None if name == "ziglang" else find_spec(name))
     done = maglev("target", "PID2DOF", "--out", tmp_path, "--fmus", fmus)
     said = f"a native FMU needs ziglang; install it with the Python that runs maglev: {installing('native')}"
     assert done.exit_code == 0

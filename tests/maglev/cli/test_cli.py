@@ -185,7 +185,7 @@ def test_folder_that_cannot_be_written_is_refused_before_the_run(fmus: Path, sho
 
 def test_plot_without_matplotlib_is_refused_before_the_run(fmus: Path, short: Path, tmp_path: Path,
                                                             monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("maglev.files.extras.find_spec", lambda _: None)
+    monkeypatch.setattr("maglev.files.errors.find_spec", lambda _: None)
     monkeypatch.setattr("maglev.api.running.run_experiments", lambda *_: pytest.fail("it ran"))
     assert "needs matplotlib" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path, "--plot"))
 

@@ -9,8 +9,7 @@ import pytest
 
 from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.descriptions.writer import PAGES, written_page
-from maglev.fmi.documentation import block_section
-from maglev.fmi.mathml import typeset
+from maglev.fmi.documentation import block_section, typeset
 from pmlsm.stage_description import StageDescription, StageMotor
 from pmlsm.velocity_rows import GRAVITY, normal_acceleration, thrust_term
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maglev.descriptions.template_text import (
+from maglev.descriptions.writer import (
     LONGEST,
     each,
     factor,

@@ -13,8 +13,8 @@ from maglev.descriptions.description_file import PACKAGED, read_stage
 from maglev.descriptions.names import TEMPLATES, own_names
 from maglev.descriptions.own_fmus import DEFINITIONS
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.descriptions.template_text import LONGEST
 from maglev.descriptions.writer import (
+    LONGEST,
     PAGES,
     environment,
     page_texts,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from maglev.files.belonging import KEY, digests_of, stranger
+from maglev.files.cache import FILES, digests_of, record_conflict
 from maglev.files.one_writer import Busy, NoLock, only_writer
 from maglev.files.whole_file import write_whole
 
@@ -88,10 +88,10 @@ def test_a_folder_that_takes_no_lock_takes_nothing(tmp_path: Path, monkeypatch: 
     ('{"files": {"run.csv": null}}', False)])
 def test_a_record_that_says_nothing_of_a_file_refuses_none(tmp_path: Path, record: str, own: bool) -> None:
     path = tmp_path / "run.csv"
-    assert stranger(path) == ""
+    assert record_conflict(path) == ""
     path.write_text("a,b\n1,2\n", encoding="utf-8")
     (tmp_path / "run.json").write_text(record, encoding="utf-8")
-    assert (stranger(path) == "") is own
+    assert (record_conflict(path) == "") is own
 
 
 def test_a_file_is_known_by_every_byte(tmp_path: Path) -> None:
@@ -99,8 +99,8 @@ def test_a_file_is_known_by_every_byte(tmp_path: Path) -> None:
 
     path = tmp_path / "run.csv"
     write_whole(path, "a,b\n1,2\n")
-    write_whole(tmp_path / "run.json", json.dumps({KEY: digests_of([path])}))
-    assert stranger(path) == ""
+    write_whole(tmp_path / "run.json", json.dumps({FILES: digests_of([path])}))
+    assert record_conflict(path) == ""
     for text in ("a,b\n1,3\n", "a,b\n1,2\n3,4\n", "a,b\n1,2", ""):
         write_whole(path, text)
-        assert "does not belong to run.json next to it" in stranger(path)
+        assert "does not belong to run.json next to it" in record_conflict(path)

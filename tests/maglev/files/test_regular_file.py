@@ -13,8 +13,7 @@ import pytest
 
 from maglev.cosim.fmu import checked_description, read_description
 from maglev.files import whole_file
-from maglev.files.belonging import stranger
-from maglev.files.cache import digest_at, keep, kept
+from maglev.files.cache import digest_at, keep, kept, record_conflict
 from maglev.files.copies import ORIGIN, original
 from maglev.files.errors import in_one_line
 from maglev.files.regular_file import regular
@@ -84,7 +83,7 @@ def test_what_lies_beside_is_left_alone(tmp_path: Path, monkeypatch: pytest.Monk
         pipe(tmp_path, name)
     assert list(pages_in(tmp_path)) == [] and not has_own_index(tmp_path)
     (tmp_path / "run.csv").write_text("time,a\n0,0\n")
-    assert stranger(tmp_path / "run.csv") == ""
+    assert record_conflict(tmp_path / "run.csv") == ""
     assert original(tmp_path / "run.csv") == tmp_path / "run.csv"
     monkeypatch.setenv("MAGLEV_CACHE", str(tmp_path / "cache"))
     entry = keep("fmus/key", "a.fmu", b"content")

@@ -180,7 +180,7 @@ def test_a_column_of_arrays_beside_the_time_alone(tmp_path: Path) -> None:
 
 
 def test_only_parquet_needs_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("maglev.files.extras.find_spec", lambda name: None)
+    monkeypatch.setattr("maglev.files.errors.find_spec", lambda name: None)
     monkeypatch.setitem(sys.modules, "pandas", None)
     for content, _ in READ.values():
         assert column(read_table(file(tmp_path, content)), "i_q", "A")[0] == 1.5

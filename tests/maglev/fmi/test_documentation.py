@@ -16,9 +16,8 @@ from controller_fmu.block_diagrams import own_class
 from controller_fmu.drawings import WRITTEN_ICON
 from maglev.descriptions.own_fmus import DEFINITIONS, definition
 from maglev.files.fmi_units import typeset_unit
-from maglev.fmi.documentation import documentation, icon_of, numeral
+from maglev.fmi.documentation import documentation, icon_of, mathml, numeral, typeset
 from maglev.fmi.icon import SIZE, disc, png_icon, rectangle, stroke
-from maglev.fmi.mathml import mathml, typeset
 from maglev.fmi.sketch import symbol
 
 SMALL = 32   # px, of an icon in a list

@@ -22,8 +22,7 @@ from maglev.cosim.master import FmuSetup, Master
 from maglev.descriptions.own_fmus import DEFINITIONS, definition
 from maglev.fmi.compiler import PLATFORMS, library
 from maglev.fmi.definition import read
-from maglev.fmi.model_description import model_description
-from maglev.fmi.model_description_3 import build_description, model_description_3, terminals_and_icons
+from maglev.fmi.model_description import build_description, model_description, model_description_3, terminals_and_icons
 from maglev.fmi.native_build import SHELLS
 from maglev.language.errors import ExportError
 from maglev.user.source import load, path_of

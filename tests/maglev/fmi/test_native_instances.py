@@ -181,7 +181,7 @@ def test_build_without_a_tool(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
     def find_spec(name: str) -> object | None:
         return None if name == missing else object()
 
-    monkeypatch.setattr("maglev.files.extras.find_spec", find_spec)
+    monkeypatch.setattr("maglev.files.errors.find_spec", find_spec)
     said = error_line(maglev("build", "--kind", "native", "--target", "host", "PID2DOF", "--fmus", tmp_path))
     assert missing in said and "pip install 'maglev-fmus[native]'" in said
     assert list(tmp_path.rglob("*.fmu*")) == []

@@ -17,7 +17,7 @@ from pyarrow import parquet
 
 import maglev as front_door
 from maglev.cosim.master import Recording
-from maglev.files.belonging import stranger
+from maglev.files.cache import record_conflict
 from maglev.files.table import read_table
 from maglev.runs.execution import RunResult, write_result
 from maglev.runs.results import ResultFiles, write_csv, write_parquet
@@ -182,4 +182,4 @@ def test_a_run_that_was_written_takes_the_place_of_an_earlier_one(tmp_path: Path
     files.set_aside()
     write_result(files, "csv", result, {}, result.recording)
     assert left(tmp_path).keys() == {"hold.csv", "hold.json"}
-    assert stranger(files.file("csv")) == ""
+    assert record_conflict(files.file("csv")) == ""
