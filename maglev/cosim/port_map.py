@@ -20,7 +20,7 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 from maglev.files.errors import ScenarioError, key_path, nearest, shortened
 from maglev.files.fmi_units import BASE_UNITS
 from maglev.files.toml_file import read_toml
-from maglev.files.units import Unit, known_unit, measures, parse_quantity, refused_as, si_unit, unit_of_powers
+from maglev.files.units import Unit, known_unit, measures, parse_quantity, refused_as, unit_of, unit_of_powers
 from maglev.fmi.parameter import REALS
 
 FMUS = ("controller", "plant")
@@ -106,7 +106,7 @@ def read_port(key: str, value: object) -> Port:
         raise ScenarioError(f"{key} = {shortened(value)}: expected the name of a port under the key port")
     if "unit" in entries:
         with refused_as(ScenarioError, f"{key}.unit = {entries['unit']!r}"):
-            si_unit(entries["unit"])
+            unit_of(entries["unit"])
     return Port(entries["port"], entries.get("unit"))
 
 

@@ -162,19 +162,6 @@ def units_markdown() -> str:
                       f"{', '.join(prefixed)} also with {', '.join(PREFIXES)} before them.", ""])
 
 
-def si_unit(unit: str) -> str:
-    """Return the SI unit that `unit` converts to.
-
-    QuantityError if the unit is unknown; the message names the nearest known one.
-    """
-    return unit_of(unit).si
-
-
-def si_factor(unit: str) -> float:
-    """Return how many SI units one `unit` is."""
-    return unit_of(unit).factor
-
-
 def own_number(value: object) -> Any:
     """A number of NumPy's, or an array without dimensions, as Python has it; anything else as it is."""
     return value.item() if getattr(value, "shape", None) == () else value   # type: ignore[attr-defined]
@@ -197,14 +184,14 @@ def read_quantity(value: object, unit: str | None = None) -> Quantity:
         raise QuantityError(f"{value!r} is not a quantity, expected a number or text such as '25 mm'")
     if not abs(value) <= LARGEST:   # a whole number can be too large for a float, and no float is NaN
         raise QuantityError(f"{value!r} is not a quantity, expected a finite number")
-    return Quantity(float(value) if unit is None else exact_product(float(value), si_factor(unit)), None)
+    return Quantity(float(value) if unit is None else exact_product(float(value), unit_of(unit).factor), None)
 
 
 def read_text(text: str) -> Quantity:
     """Read a number with its unit."""
     number, unit = split_text(text)
     with refused_as(QuantityError, repr(text)):
-        value = exact_product(number, si_factor(unit))
+        value = exact_product(number, unit_of(unit).factor)
     if not math.isfinite(value):
         raise QuantityError(f"{text!r} is not a quantity, expected a finite number")
     return Quantity(value, unit)
@@ -287,7 +274,7 @@ def to_unit(value: float, unit: str) -> float:
     QuantityError if the unit is unknown; the message names the value and the nearest known unit.
     """
     with refused_as(QuantityError, f"cannot convert {value!r}"):
-        by = si_factor(unit)
+        by = unit_of(unit).factor
     return exact_quotient(float(value), by)
 
 

@@ -7,7 +7,7 @@ from math import inf, isnan
 from typing import Any
 
 from maglev.files.errors import ScenarioError, nearest
-from maglev.files.units import parse_quantity, read_quantity, refused_as, si_unit
+from maglev.files.units import parse_quantity, read_quantity, refused_as, unit_of
 from maglev.many.study_file import Limit
 from maglev.runs.measures import numbers
 from maglev.runs.metrics import ManyMetrics, Metrics, larger_of
@@ -94,7 +94,7 @@ def metric_names(known: Mapping[str, object], asked: str, origin: str) -> list[s
 def as_named(band: str) -> str:
     """A band as names of metrics have it, however it is written: "0.1 mm" of "100 um"."""
     value, unit = read_quantity(band)
-    return printed(value, si_unit(str(unit)))
+    return printed(value, unit_of(str(unit)).si)
 
 
 def passed(columns: Iterable[Column], values: Iterable[float], failure: str | None, limited: bool) -> bool:

@@ -2,7 +2,7 @@
 
 from typing import Any, Literal, NamedTuple
 
-from maglev.files.units import si_factor
+from maglev.files.units import unit_of
 from maglev.scenario.quantities import PRINTED_UNITS
 
 
@@ -23,7 +23,7 @@ class PanelKind(NamedTuple):
     @property
     def scale(self) -> float:
         """How many of the unit in which it is drawn are one SI unit."""
-        return 1.0 / si_factor(self.printed_unit() or "1")
+        return 1.0 / unit_of(self.printed_unit() or "1").factor
 
     @property
     def drawn_floor(self) -> float | None:

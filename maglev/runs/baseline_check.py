@@ -14,7 +14,7 @@ from maglev.files.errors import FAILURES, BaselineError, in_one_line
 from maglev.files.pictures import new_figure, write_figure
 from maglev.files.side_by_side import Progress, Watcher
 from maglev.files.time_grid import ON_GRID
-from maglev.files.units import si_factor
+from maglev.files.units import unit_of
 from maglev.runs.baseline_file import (
     Baseline,
     Tolerance,
@@ -96,7 +96,7 @@ def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Pro
     else:
         signal, *sizes = nearest
         unit = common_unit(sizes[1:], units[signal])   # in which what is allowed reads well
-        off = " of ".join(f"{size / si_factor(unit):.3g}" if unit else f"{size:.3g}" for size in sizes)
+        off = " of ".join(f"{size / unit_of(unit).factor:.3g}" if unit else f"{size:.3g}" for size in sizes)
         message += f"are within their tolerances, the closest is {signal}, off by {off} {unit}".rstrip()
     if baseline.digest is None and experiment.exact():
         message += f"; not bit for bit, for {plan.name} is not in {FILE}"

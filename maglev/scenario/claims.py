@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, StrictBool, ValidationInfo, field_va
 import maglev.scenario.quantities as quantities
 from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import QuantityError, similar
-from maglev.files.units import parse_quantity, read_quantity, si_unit
+from maglev.files.units import parse_quantity, read_quantity, unit_of
 from maglev.scenario.quantities import MeasuredQuantity, in_words, place_words, printed
 from maglev.scenario.toml_table import Metres, Seconds, Table, ValueKind, key_refused
 
@@ -226,7 +226,7 @@ class Claim(Table):
     @property
     def axis_unit(self) -> str:
         """SI unit of the axes that the claim is about, if it is about lengths or angles: m, or rad of rotations."""
-        return "rad" if self.unit is not None and si_unit(self.unit) in OF_ANGLES else "m"
+        return "rad" if self.unit is not None and unit_of(self.unit).si in OF_ANGLES else "m"
 
     @property
     def of_one_unit(self) -> bool:
@@ -315,7 +315,7 @@ class RunClaim(Claim):
         for value in (table.get("target"), table.get("band")):
             if isinstance(value, str):
                 try:
-                    unit = si_unit(str(read_quantity(value).unit))
+                    unit = unit_of(str(read_quantity(value).unit)).si
                     if unit in OF_ANGLES:
                         return {**table, "unit": quantities.PRINTED_UNITS["rad.s" if measured.unit == "m.s" else "rad"]}
                 except QuantityError:
@@ -327,7 +327,7 @@ class RunClaim(Claim):
     def band_to_si(cls, value: Any, info: ValidationInfo) -> float:
         """Convert to SI, of a claim in rad from rad."""
         unit = info.data.get("unit")
-        return parse_quantity(value, "rad" if unit is not None and si_unit(unit) in OF_ANGLES else "m")
+        return parse_quantity(value, "rad" if unit is not None and unit_of(unit).si in OF_ANGLES else "m")
 
     @model_validator(mode="after")
     def axes_to_compare(self) -> Self:

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
 from maglev.files.fmi_units import typeset_unit
-from maglev.files.units import known_unit, si_factor, to_unit
+from maglev.files.units import known_unit, to_unit, unit_of
 
 # Printed units, by the SI unit, and the units of small values.
 PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m.s": "mm.s", "rad.s": "mrad.s"}
@@ -48,7 +48,7 @@ def common_unit(values: Iterable[float], unit: str) -> str:
 def shown_in(values: Iterable[float], unit: str) -> tuple[str, float]:
     """Return that unit as people read it, and its number per SI unit; 1 if the unit is not known here."""
     shown = common_unit(values, unit)
-    return typeset_unit(shown), 1.0 / si_factor(shown) if known_unit(shown) else 1.0
+    return typeset_unit(shown), 1.0 / unit_of(shown).factor if known_unit(shown) else 1.0
 
 
 def metric_text(name: str, value: float, unit: str) -> str:

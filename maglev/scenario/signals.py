@@ -25,8 +25,8 @@ from maglev.files.units import (
     measures,
     parse_quantity,
     read_quantity,
-    si_unit,
     split_text,
+    unit_of,
 )
 from maglev.scenario.layers import items
 from maglev.scenario.toml_table import Radians, Seconds, Table, ValueKind, key_refused
@@ -63,7 +63,7 @@ class SignalTable(Table):
                 try:
                     if table.get("open_unit") and known_unit(split_text(value)[1]) is None:
                         return {**table, "unit": split_text(value)[1]}
-                    return {**table, "unit": si_unit(str(read_quantity(value).unit))}
+                    return {**table, "unit": unit_of(str(read_quantity(value).unit)).si}
                 except QuantityError:
                     return table   # refused with its key when the field itself is read
         return table
@@ -73,7 +73,7 @@ class SignalTable(Table):
     def unit_is_known(cls, unit: str | None, info: ValidationInfo) -> str | None:
         """Refuse an unknown unit, unless an FMU may declare it."""
         if unit is not None and not info.data.get("open_unit"):
-            si_unit(unit)
+            unit_of(unit)
         return unit
 
     def in_si(self, unit: Unit) -> Self:
