@@ -28,11 +28,11 @@ from maglev.files.console import plain_console
 from maglev.files.errors import StageError
 from maglev.files.pictures import new_figure, write_figure
 from maglev.files.toml_file import read_toml
+from maglev.fmi.block_code import model_table
 from maglev.fmi.documentation import documentation, typeset
 from maglev.fmi.escapes import c_comment, c_string, csv_text, xml_text
 from maglev.fmi.freestanding import listed, members, parameter_line
 from maglev.fmi.model_description import model_description, model_description_3
-from maglev.fmi.model_table import model_table
 from maglev.many.tuning_file import TuneFile
 from maglev.many.tuning_search import SearchResult, gains_toml
 from maglev.pages.run_text import claims_markdown, curves_csv, run_text

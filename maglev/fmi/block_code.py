@@ -1,20 +1,22 @@
-"""The block of an FMU as C: one header with structs, functions, start values, and its possible failures."""
+"""C of an FMU: the block as one header, with its possible failures, and the table of variables for the FMI layer."""
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from pathlib import Path
+from textwrap import wrap
 from typing import NamedTuple
 
-from maglev.fmi.definition import FmuDefinition
+from maglev.fmi.definition import FmuDefinition, Variable
 from maglev.fmi.escapes import c_string
 from maglev.fmi.templates import filled
 from maglev.language.blocks import BlockText, block_text
+from maglev.language.c_text import c_literal
 from maglev.language.names import identifier
 from maglev.language.program import Function
 
 # C files, in most of which there are places for text that follows from a block.
 TEMPLATES = Path(__file__).with_name("native_templates")
-BLOCK = "block.h"         # in the sources of an FMU
+BLOCK, TABLE = "block.h", "model.c"   # in the sources of an FMU
 FIRST_FAILURE = 1_000_000        # status: this and the number of the place that failed; one of the C layer, too
 
 # Signatures of the functions around a block, and how they call the block's own functions.
@@ -30,6 +32,11 @@ WRAPPED = {"start": ("int64_t start_block(void *block)", ""),
 # Names that a header which is written here defines: of structs, and of all else at the beginning of a line.
 STRUCT = re.compile(r"^struct (\w+) \{", re.MULTILINE)
 DEFINED = re.compile(r"^(?:typedef struct \w+ (\w+);|enum \{ (\w+)|static [\w *]*?\b(\w+)(?=\(| =|\[))", re.MULTILINE)
+
+# The independent variable of FMI 3.0, after the others: where the next communication step starts.
+TIME_ROW = """\
+    {"time", "s", offsetof(struct RunState, progress.next_time), false, false, false, INDEPENDENT, -INFINITY,
+     INFINITY, ""},"""
 
 
 def c_path(place: str) -> str:
@@ -95,3 +102,68 @@ def prefixed(code: str, prefix: str) -> str:
     code = re.sub(rf"\bstruct ({structs})\b", rf"struct {prefix}\1", code)
     code = re.sub(rf"(?<![.\w>])\b({names})\b", rf"{prefix}\1", code)
     return code.replace("BLOCK_H", f"{prefix}BLOCK_H".upper())
+
+
+def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
+    """C source that defines MODEL; `timed` says whether the time is one of its variables.
+
+    ValueError if a refusal names something that is no variable.
+    """
+    known = {v.name for v in definition.variables} | {"time", "step"}
+    for text in definition.refusals.values():
+        for name in re.findall(r"\{([\w.]+)\}", text):
+            if name not in known:
+                raise ValueError(f"{definition.name}: the refusal {text!r} names {name}, expected a variable")
+    sampling = ""   # the layer's entry of the grid of samples
+    if timed and definition.sampled:
+        clock = len(definition.native_variables) + 1   # after the time
+        sampling = (f"static const struct Sampling SAMPLING = {{"
+                    f".clocked = {'true' if definition.clocked else 'false'}, .clock = {clock}}};\n\n")
+    lengths = {array.elements[0]: str(len(array.elements)) for array in definition.arrays if timed}
+    names = [*(v.name for v in definition.native_variables), "time"]
+    sizes = wrapped(lengths.get(name, "1") for name in names) if lengths else ""
+    return filled(TEMPLATES / TABLE, {
+        "NAME": definition.name,
+        "SIZES_TABLE": f"static const uint8_t SIZES[] = {{{sizes}}};\n\n" if sizes else "",
+        "SIZES": "SIZES" if sizes else "NULL",
+        "CONTINUOUS_TABLES": continuous_tables(definition),
+        "CONTINUOUS": "&CONTINUOUS" if definition.continuous else "NULL",
+        "VARIABLE_STEP": "true" if definition.variable_step else "false",
+        "INTERVAL": f"AT({c_path(definition.sampling)})" if definition.sampling else "0",
+        "SAMPLING_TABLE": sampling, "SAMPLING": "&SAMPLING" if sampling else "NULL",
+        "NAME_TEXT": c_string(definition.name), "GUID": c_string(guid),
+        "VARIABLES": "\n".join([*map(variable_row, definition.native_variables), *([TIME_ROW] if timed else [])]),
+        "REFUSALS": "\n".join(f"    {{{c_literal(status)}, {c_string(text)}}},"
+                              for status, text in sorted(definition.refusals.items()))})
+
+
+def continuous_tables(definition: FmuDefinition) -> str:
+    """C source of the layer's table of a continuous model; nothing for any other block."""
+    model = definition.continuous
+    if model is None:
+        return ""
+    reference = {v.name: number for number, v in enumerate(definition.native_variables)}
+    nominal = {v.name: 1.0 if v.nominal is None else v.nominal for v in definition.native_variables}
+    states = [state.variable for state in model.states]
+    rates = [state.derivative for state in model.states]
+
+    def references(names: Iterable[str]) -> str:
+        return wrapped(str(reference[name]) for name in names)
+
+    return filled(TEMPLATES / "continuous.c", {
+        "STATES": references(states), "RATES": references(rates), "INDICATORS": references(model.indicators),
+        "NOMINALS": wrapped(c_literal(nominal[name]) for name in states)})
+
+
+def wrapped(cells: Iterable[str]) -> str:
+    """Cells of a C array, on lines of their own."""
+    return "\n    " + "\n    ".join(wrap(", ".join(cells), 110)) + "\n"
+
+
+def variable_row(variable: Variable) -> str:
+    cells = (c_string(variable.name), c_string(variable.unit), f"AT({c_path(variable.place)})",
+             *("true" if each else "false" for each in (
+                 variable.boolean, variable.variability == "discrete", variable.variability == "fixed")),
+             variable.causality.upper(), c_literal(float(variable.low)), c_literal(float(variable.high)),
+             c_string(variable.hinted))
+    return f"    {{{', '.join(cells)}}},"

@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from maglev.files.whole_file import write_whole
-from maglev.fmi.block_code import BLOCK, TEMPLATES, BlockCode, block_code
+from maglev.fmi.block_code import BLOCK, TABLE, TEMPLATES, BlockCode, block_code, model_table
 from maglev.fmi.build import Maker, build_date, common_files, digest, write_archive
 from maglev.fmi.compiler import FLAGS, MACOS, PLATFORMS, WEBASSEMBLY, Platform, library
 from maglev.fmi.definition import FmuDefinition
 from maglev.fmi.model_description import build_description, model_description, model_description_3
-from maglev.fmi.model_table import SOURCE, model_table
 from maglev.fmi.templates import filled
 from maglev.language.errors import ExportError
 from maglev.language.sources import carried_modules
@@ -45,7 +44,6 @@ SHELLS = {
              PLATFORMS),
 }
 
-TABLE = "model.c"
 BUILD = "buildDescription.xml"
 KEYS = {False: ' guid=""', True: ' instantiationToken=""'}   # place of the GUID, by True for FMI 3.0
 IN_BROWSERS = SHELLS[2]._replace(layer=(*SHELLS[2].layer, "webassembly_host.c"))
@@ -195,7 +193,7 @@ def layer_names() -> set[str]:
 
     All that are in its headers, and those that its C files have outside functions.
     """
-    table = SOURCE.read_text(encoding="utf-8")
+    table = (TEMPLATES / TABLE).read_text(encoding="utf-8")
     headers, code = ("".join(re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
                              for shell in SHELLS.values()
                              for name, text in {**layer_files(shell.layer), TABLE: table}.items()
