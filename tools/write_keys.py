@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from maglev.files.marked import with_part
-from maglev.files.units import units_markdown as markdown_of_units
+from maglev.files.units import PREFIXES, UNITS
 from maglev.scenario import run_plan
 from maglev.scenario.claims import Claim, Elsewhere, ProcedureClaim, RunClaim
 from maglev.scenario.procedure import ProcedureSettings
@@ -28,6 +28,15 @@ TABLES: tuple[type[Table], ...] = (
 # What keys name that stand for many things.
 NAMES: dict[tuple[type[Table], str], Iterable[str]] = {
     (RunClaim, "metric"): METRICS, (ProcedureClaim, "value"): PROCEDURE_VALUES}
+
+# Units by dimension; the letters before a symbol are PREFIXES.
+MEASURED = {
+    "length": "m, cm, mm, um, nm", "time": "s, ms, us, ns, min, h", "mass": "kg, g",
+    "angle": "rad, mrad, urad, deg (°)", "current": "A", "voltage": "V", "resistance": "Ohm (ohm, Ω)",
+    "inductance": "H", "capacitance": "F", "charge": "C",
+    "magnetic flux": "Wb", "flux density": "T", "force": "N", "torque": "N.m, mN.m, Nm, mNm", "energy": "J, Wh",
+    "power": "W", "pressure": "Pa, bar", "speed of rotation": "rad/s, rpm", "frequency": "Hz, kHz, MHz",
+    "temperature": "K", "share": "1, %"}
 
 WORDS: dict[Any, str] = {str: "text", float: "number", int: "whole number", bool: "true or false"}
 
@@ -127,7 +136,14 @@ def table_lines(table: type[Table]) -> Iterator[str]:
 
 
 PAGE = Path(__file__).parents[1] / "docs" / "scenario_keys.md"
-PARTS: dict[str, Callable[[], str]] = {"units": markdown_of_units, "keys": keys_markdown}
+def units_markdown() -> str:
+    """Return the units by dimension."""
+    prefixed = sorted({si for si, _ in UNITS.values() if f"k{si}" in UNITS and f"n{si}" in UNITS})
+    return "\n".join(["| | |", "|---|---|", *(f"| {measured} | {units} |" for measured, units in MEASURED.items()), "",
+                      f"{', '.join(prefixed)} also with {', '.join(PREFIXES)} before them.", ""])
+
+
+PARTS: dict[str, Callable[[], str]] = {"units": units_markdown, "keys": keys_markdown}
 
 
 if __name__ == "__main__":

@@ -35,15 +35,6 @@ UNITS = {
     "1": ("1", 1.0), "%": ("1", 1e-2),
 }
 
-# The same by dimension, for the documentation; the letters before a symbol are PREFIXES.
-MEASURED = {
-    "length": "m, cm, mm, um, nm", "time": "s, ms, us, ns, min, h", "mass": "kg, g",
-    "angle": "rad, mrad, urad, deg (°)", "current": "A", "voltage": "V", "resistance": "Ohm (ohm, Ω)",
-    "inductance": "H", "capacitance": "F", "charge": "C",
-    "magnetic flux": "Wb", "flux density": "T", "force": "N", "torque": "N.m, mN.m, Nm, mNm", "energy": "J, Wh",
-    "power": "W", "pressure": "Pa, bar", "speed of rotation": "rad/s, rpm", "frequency": "Hz, kHz, MHz",
-    "temperature": "K", "share": "1, %"}
-
 # Names that are written out, in the singular; and prefixes of them.
 WRITTEN_OUT = {"kilo": "kg", "kilogram": "kg", "kilogramme": "kg", "gram": "g", "gramme": "g", "metre": "m",
                "meter": "m", "micron": "um", "second": "s", "sec": "s", "minute": "min", "hour": "h", "ampere": "A",
@@ -153,13 +144,6 @@ def dimension_of(si: str) -> tuple[tuple[str, int], ...]:
     """Dimension of an SI unit. A frequency in Hz counts cycles: it is no rate in 1/s or rad/s, which differ by 2 π."""
     cycles = sum(power for symbol, power in factors(si) if symbol == "Hz")
     return (*exponents(si).items(), *([("cycle", cycles)] if cycles else []))
-
-
-def units_markdown() -> str:
-    """Return the units by dimension, for docs/scenario_keys.md."""
-    prefixed = sorted({si for si, _ in UNITS.values() if f"k{si}" in UNITS and f"n{si}" in UNITS})
-    return "\n".join(["| | |", "|---|---|", *(f"| {measured} | {units} |" for measured, units in MEASURED.items()), "",
-                      f"{', '.join(prefixed)} also with {', '.join(PREFIXES)} before them.", ""])
 
 
 def own_number(value: object) -> Any:
