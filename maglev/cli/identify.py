@@ -74,7 +74,7 @@ def identify(data: Data, stage: StageName = None, column: Columns = None, unit: 
 
 def show(console: "Console", model: "Identification") -> None:
     """Print constants, rows and warnings."""
-    from maglev.files.console import result_table
+    from maglev.files.console import ResultTable
     from maglev.identification.identify import HORIZON
 
     recording, estimate = model.recording, model.estimate
@@ -91,7 +91,7 @@ def show(console: "Console", model: "Identification") -> None:
         rows.append([name, f"{model.guess[name]:.5g}", f"{value:.5g}", *shares,
                      f"{other:.5g}" if other == other else "–"])
     heads = ("constant", "guess", "estimate", "standard error", "bias", "at most", "with friction")
-    console.print(result_table("", heads, rows))
+    console.print(ResultTable("", heads, rows))
     console.print(ERRORS)
     rows = []
     axes = recording.stage.described.axes
@@ -100,7 +100,7 @@ def show(console: "Console", model: "Identification") -> None:
         known = ["–"] * 3 if row is None else [f"{row.excitation[-1]:.3g}", f"{row.residual:.3g} m/s²",
                                                f"{row.motion:.3g} m/s²"]
         rows.append([axis.name, *known, f"{1e3 * error:.3g} {unit}", f"{1e3 * way:.3g} {unit}"])
-    console.print(result_table("", ("axis", "excitation", "unexplained", "acceleration",
-                                    f"replay over {1e3 * HORIZON:g} ms", "way"), rows))
+    console.print(ResultTable("", ("axis", "excitation", "unexplained", "acceleration",
+                                   f"replay over {1e3 * HORIZON:g} ms", "way"), rows))
     for warning in model.warnings:
         console.print(f"warning: {warning}", soft_wrap=True)

@@ -69,32 +69,32 @@ def built_kinds(entry: "FmuEntry", fmus: Path) -> list[str]:
 
 
 def fmu_table(entries: Sequence["FmuEntry"], fmus: Path) -> "ResultTable":
-    from maglev.files.console import result_table
+    from maglev.files.console import ResultTable
 
-    return result_table("", ("FMU", "built", "description"), (
+    return ResultTable("", ("FMU", "built", "description"), (
         [entry.name, ", ".join(built_kinds(entry, fmus)) or "no", entry.description] for entry in entries), left=3)
 
 
 def run_table(runs: Sequence["RunEntry"]) -> "ResultTable":
-    from maglev.files.console import result_table
+    from maglev.files.console import ResultTable
 
-    return result_table("", ("run", "description"), (
+    return ResultTable("", ("run", "description"), (
         [run.name, f"{run.title} (Fig. {', '.join(run.figures)})" if run.figures else run.title]
         for run in runs), left=2)
 
 
 def kind_table(entries: Sequence["FmuEntry"], fmus: Path) -> "ResultTable":
     """A row for each kind of FMU, with whether that of each stage is built."""
-    from maglev.files.console import result_table
+    from maglev.files.console import ResultTable
 
     suffixes = {stage.suffix: stage.name for stage in PACKAGED_STAGES.values()}
     kinds: dict[str, dict[str, FmuEntry]] = {}
     for entry in entries:
         suffix = next(suffix for suffix in suffixes if entry.name.endswith(suffix))
         kinds.setdefault(entry.name.removesuffix(suffix), {})[suffix] = entry
-    return result_table("", ("FMU", "description", *suffixes), (
+    return ResultTable("", ("FMU", "description", *suffixes), (
         [kind, summary(of), *("" if suffix not in of else built_word(built_kinds(of[suffix], fmus))
-                              for suffix in suffixes)] for kind, of in kinds.items()), left=2)
+                             for suffix in suffixes)] for kind, of in kinds.items()), left=2)
 
 
 def built_word(kinds: Sequence[str]) -> str:
@@ -115,7 +115,7 @@ def summary(of: dict[str, "FmuEntry"]) -> str:
 
 def scenario_table(runs: Sequence["RunEntry"]) -> "ResultTable":
     """A row for each scenario: its title, or the names of its variants."""
-    from maglev.files.console import result_table
+    from maglev.files.console import ResultTable
 
     rows = []
     for scenario in dict.fromkeys(run.scenario for run in runs):
@@ -126,4 +126,4 @@ def scenario_table(runs: Sequence["RunEntry"]) -> "ResultTable":
         names = [run.name.removeprefix(f"{scenario}-") for run in variants]
         rows.append([f"{scenario}-…", ", ".join(names) if len(names) <= MOST_NAMED + 1 else
                      f"{', '.join(names[:MOST_NAMED])} and {len(names) - MOST_NAMED} others"])
-    return result_table("", ("run", "description, or variants"), rows, left=2)
+    return ResultTable("", ("run", "description, or variants"), rows, left=2)

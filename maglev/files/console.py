@@ -51,14 +51,15 @@ def heading(name: str, title: str) -> Text:
 class ResultTable:
     """A table that cuts no number and no unit, with two spaces between its columns.
 
-    Texts wrap between words. Where the terminal is too narrow for that, `spare` columns at the end are left out, or
-    the table continues below with further columns, its first ones repeated.
+    Its `left` columns are texts, which wrap between words, the others numbers; None is a line between rows, and no text
+    is markup. Where the terminal is too narrow, `spare` columns at the end are left out, or the table continues below
+    with further columns, and repeats the first `keys`, those on the left if not given.
     """
 
-    def __init__(self, title: str, heads: Sequence[str], rows: Iterable[Sequence[str | Text] | None], left: int,
-                 keys: int | None, spare: int):
+    def __init__(self, title: str, heads: Sequence[str], rows: Iterable[Sequence[str | Text] | None], left: int = 1,
+                 keys: int | None = None, spare: int = 0):
         self.title, self.spare = title, spare
-        self.keys = keys if keys is not None else left if left < len(heads) else 1   # columns to repeat
+        self.keys = keys if keys is not None else left if left < len(heads) else 1
         lines = [None if row is None else [as_text(cell) for cell in row] for row in rows]
         self.columns = [ResultColumn(head, [row[k] if row and k < len(row) else Text() for row in lines], k < left)
                         for k, head in enumerate(heads)]
@@ -119,15 +120,6 @@ class ResultColumn:
     def cell(self, row: int, width: int) -> Text:
         cell = self.cells[row]
         return Text(wrapped(cell.plain, width), cell.style) if self.wraps else cell
-
-
-def result_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str | Text] | None], left: int = 1,
-                 keys: int | None = None, spare: int = 0) -> ResultTable:
-    """Table whose `left` columns are texts, and the others numbers; None is a line between rows, no text is markup.
-
-    The first `keys` columns, those on the left if not given, are repeated where the table continues below.
-    """
-    return ResultTable(title, heads, rows, left, keys, spare)
 
 
 def as_text(cell: str | Text) -> Text:

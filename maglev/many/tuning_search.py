@@ -13,7 +13,7 @@ from scipy.optimize import Bounds, differential_evolution
 from scipy.stats import qmc
 
 from maglev.files.arrays import Array
-from maglev.files.console import heading, result_table
+from maglev.files.console import ResultTable, heading
 from maglev.files.errors import (
     Interrupted,
     MaglevError,
@@ -161,7 +161,7 @@ def show_result(console: Console, tuning: TuneFile, cost: Cost, result: SearchRe
         groups.append((f"fresh, {len(result.fresh_before)} plants", result.fresh_before, result.fresh_after))
     for title, before, after in groups:
         heads = ("median before", "after", "largest before", "after", "without end before", "after", "less on")
-        console.print(result_table(title, ("metric", *heads), (
+        console.print(ResultTable(title, ("metric", *heads), (
             row(column.name, before[:, i], after[:, i], column.unit) for i, column in enumerate(cost.columns)
             if column.name not in EVENTS or column.name in FLAWS)))
         console.print(f"{(cost.excess(after[None], before) == 0.0).mean():.0%} of the plants within all limits",

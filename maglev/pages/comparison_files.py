@@ -11,7 +11,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from maglev.files.console import heading, result_table
+from maglev.files.console import ResultTable, heading
 from maglev.files.one_writer import NoLock, only_writer
 from maglev.files.pictures import write_figure
 from maglev.files.whole_file import write_whole
@@ -121,7 +121,7 @@ def show_comparison(console: Console, name: str, title: str, runs: Runs, every_s
         return
     shown = rows if every_step else summary(rows)
     leads = ["the next is"] if any(row.best for row in shown) else []
-    console.print(result_table(legend(runs.values(), BEST), ("quantity", "of", *runs, *leads), (
+    console.print(ResultTable(legend(runs.values(), BEST), ("quantity", "of", *runs, *leads), (
         [row.name, row.of, *(Text(row.text(label) + BEST, "bold green") if label in row.best else row.text(label)
                              for label in runs), *(row.ahead for _ in leads)]
         for row in shown), left=2, spare=len(leads)))

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from maglev.files.console import ResultTable, heading, plain_console, result_table
+from maglev.files.console import ResultTable, heading, plain_console
 from maglev.files.errors import visible
 from maglev.files.whole_file import write_whole
 from maglev.fmi.escapes import csv_text
@@ -179,7 +179,7 @@ def measure_table(title: str, heads: Sequence[str], shown: Sequence[Measure], st
     rows: dict[tuple[str, float | None], dict[str, str]] = {}
     for measure in shown:
         rows.setdefault((measure.of, measure.time), {})[measure.quantity] = measure.text
-    return result_table(title, (*heads, *columns), (
+    return ResultTable(title, (*heads, *columns), (
         [*starts.get(place, place[:1]), *(cells.get(name, "–") for name in columns)]
         for place, cells in sorted(rows.items(), key=lambda row: row[0][1] or 0.0)), left=min(len(heads), 2))
 
@@ -198,10 +198,10 @@ def titled_claims(results: Sequence[ClaimResult]) -> list[tuple[str, Sequence[Cl
 
 def short_claims(title: str, results: Sequence[ClaimResult]) -> ResultTable:
     """Table of claims with a star at those that a parameter was fitted to; the criterion only where it was missed."""
-    return result_table(title, ("verdict", "claim", "measured"), (
+    return ResultTable(title, ("verdict", "claim", "measured"), (
         [Text(judged.verdict, COLOURS[judged.verdict], no_wrap=True),
          "; ".join(filter(None, (judged.claim.text, f"expected {judged.claim.criterion}" if judged.verdict in MISSED
-                                 and judged.claim.criterion else "", judged.explanation))),
+                                and judged.claim.criterion else "", judged.explanation))),
          judged.measured_text + (" *" if judged.claim.chose else "")] for judged in results), left=3)
 
 
@@ -212,11 +212,11 @@ def fitted_to(results: Sequence[ClaimResult]) -> str:
 
 
 def claim_table(title: str, results: Sequence[ClaimResult]) -> ResultTable:
-    return result_table(title, ("verdict", "claim"), (
+    return ResultTable(title, ("verdict", "claim"), (
         [Text(judged.verdict, COLOURS[judged.verdict], no_wrap=True),
          f"{judged.claim.text} ({judged.claim.cited}): " + "; ".join(filter(None, (", ".join(
              f"{word} {detail}" for word, detail in (("expected", judged.claim.criterion),
-                                                     ("measured", judged.measured_text)) if detail), judged.note)))]
+                                                    ("measured", judged.measured_text)) if detail), judged.note)))]
         for judged in results), left=2)
 
 
@@ -227,7 +227,7 @@ def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: S
     if own:
         rows = [*((run.plan.name, short_outcome(run)) for run in own.results),
                 *((outcome.settings.name, counted(outcome.values, "value")) for outcome in own.outcomes)]
-        yield result_table("Your runs", ("run", "outcome", "met"), (
+        yield ResultTable("Your runs", ("run", "outcome", "met"), (
             [name, said, met_of(specification(verdicts[name])) or "no claims"] for name, said in rows), left=2)
     if packaged or not own:
         yield study_table(packaged.results, verdicts, packaged.outcomes)
@@ -239,7 +239,7 @@ def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Se
     totals = count_verdicts(sentences(claims))
     shown = [verdict for verdict in VERDICTS if totals[verdict]]
     procedures = counted(outcomes, "procedure") if outcomes else ""
-    return result_table("Verdicts on the claims", ("run", "outcome", *shown, "axis-range checks met"), [
+    return ResultTable("Verdicts on the claims", ("run", "outcome", *shown, "axis-range checks met"), [
         *([run.plan.name, short_outcome(run), *counted_cells(verdicts[run.plan.name], shown)]
           for run in results if is_listed(run, verdicts)), None,
         *([outcome.settings.name, counted(outcome.values, "value"),
@@ -385,7 +385,7 @@ def show_outcome(console: Console, outcome: Outcome, claims: Sequence[ClaimResul
     """Print the results of a procedure, and the claims about it with their verdicts."""
     console.print(heading(outcome.settings.name, outcome.settings.title))
     for table in outcome.tables:
-        console.print(result_table(table.title, table.header, table.rows, left=len(table.header)))
+        console.print(ResultTable(table.title, table.header, table.rows, left=len(table.header)))
     for note in outcome.notes:
         console.print(Text(f"note: {note}"))
     for table_of_claims in claim_tables(claims):

@@ -7,7 +7,7 @@ from typing import Any
 import pyarrow as pa
 from rich.console import Console
 
-from maglev.files.console import ResultTable, heading, result_table
+from maglev.files.console import ResultTable, heading
 from maglev.files.fmi_units import typeset_unit
 from maglev.pages.sample_commands import command_of
 from maglev.pages.study_text import QUANTILES, limits_text, metrics_of, quantiles, units_of
@@ -25,7 +25,7 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
     failures = [(row, why) for row, why in enumerate(table["failure"].to_pylist()) if why is not None]
     console.print(heading(about["name"], about["title"]))
     console.print("".join(answer(table, about)), highlight=False)
-    console.print(sample_table(table, about) if table.num_rows <= MOST_ROWS else result_table(
+    console.print(sample_table(table, about) if table.num_rows <= MOST_ROWS else ResultTable(
         "", (*QUANTILES, "limits"), ([*quantiles(name, unit, values), limits_text(about, name, unit)]
                                      for name, unit, values in metrics_of(table) if len(values))))
     for row, why in failures[:MOST_SHOWN]:
@@ -46,7 +46,7 @@ def sample_table(table: pa.Table, about: Mapping[str, Any]) -> ResultTable:
             if (match := SHOWN.fullmatch(name))}
     metrics = [name for name in about["limits"] if name in table.column_names] or list(main.values())
     ends = ["ending"] if {*table["ending"].to_pylist()} != {COMPLETED} else []
-    return result_table("", ("sample", *ends, *varied, *metrics), (
+    return ResultTable("", ("sample", *ends, *varied, *metrics), (
         [str(number), *(row[name] for name in ends),
          *(f"{row[name]:g} {typeset_unit(units[name])}".strip() for name in varied),
          *("–" if row[name] is None else metric_text(name, row[name], units[name]) for name in metrics)]
