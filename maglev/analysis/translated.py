@@ -27,11 +27,9 @@ def translated_realisation(part: Participant, base: Array, inputs: int) -> tuple
     if not isinstance(fmu, WrittenController) or is_class(path) or part.setup.ports is not None:
         return None
     part.back()
-    block = fmu.slave.block
-    law = block.law
-    if not block.sampled or law.sample_time != part.size:
+    law, definition = fmu.slave.block.law, load(path).definition
+    if not definition.sampled or law.sample_time != part.size:
         return None
-    definition = load(path).definition
     places = {v.name: v.place.removeprefix("law.") for v in definition.variables}
     given, wanted = ([places[name] for name in ports] for ports in (part.inputs, part.outputs))
     fixed = {*given, *(places[v.name] for v in definition.variables if v.causality == "parameter")}

@@ -10,7 +10,7 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -133,10 +133,6 @@ def digest_of_all(files: Mapping[str, bytes]) -> str:
         hashed.update(f"{name}\0{len(content)}\0".encode("utf-8", "surrogateescape"))
         hashed.update(content)
     return hashed.hexdigest()
-
-
-def digests_of(paths: Iterable[Path]) -> dict[str, str]:
-    return {path.name: digest_at(path) for path in paths}
 
 
 def record_conflict(path: Path) -> str:

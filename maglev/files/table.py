@@ -18,7 +18,7 @@ from maglev.files.arrays import Array
 from maglev.files.cache import record_conflict
 from maglev.files.errors import CsvError, lacking, nearest, shortened
 from maglev.files.table_columns import NO_NUMBER, is_number, numbers_of, split_name
-from maglev.files.table_layout import Layout, Row, decoded, file_bytes, first_ragged, layout_of
+from maglev.files.table_layout import Layout, Row, decoded, file_bytes, layout_of
 from maglev.files.units import Unit, known_unit, like
 
 PARQUET = b"PAR1"
@@ -131,7 +131,8 @@ class DataTable:
 
     def require_full_rows(self) -> None:
         """Refuse a row with more or fewer fields than the header: a part of a file that was cut."""
-        if (row := first_ragged(self.rows(), len(self.names))) is not None:
+        row = next((row for row in self.rows() if len(row.fields) != len(self.names)), None)
+        if row is not None:
             # A field that is missing is named as such.
             lacking = self.names[len(row.fields)] if len(row.fields) < len(self.names) else ""
             values = f"{len(row.fields)} value{'' if len(row.fields) == 1 else 's'}"

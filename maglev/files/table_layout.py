@@ -81,8 +81,8 @@ def layout_of(text: str, path: Path) -> Layout:
     names = [*header, *[""] * (width - len(header))]
     for name in names:
         if name and names.count(name) > 1:
-            raise CsvError(path, f"row {header_line(rows, header)} has the column {name!r} {names.count(name)} times, "
-                                 "expected it once")
+            line = next((row.line for row in rows if row.fields == header), 1)
+            raise CsvError(path, f"row {line} has the column {name!r} {names.count(name)} times, expected it once")
     comments = sum(line.startswith(COMMENTS) for line in lines[:begin])
     above = comments + sum(row.line <= begin for row in rows) - 1 - bool(units)
     below = sum(bool(line.strip()) for line in lines[end:])
@@ -171,10 +171,6 @@ def bare_unit(field: str) -> str | None:
     return unit_word(field.strip("[](){} "))
 
 
-def header_line(rows: Sequence[Row], header: Sequence[str]) -> int:
-    return next((row.line for row in rows if row.fields == list(header)), 1)
-
-
 def end_of(lines: Sequence[str], width: int, numeric: Sequence[int], decimal: str, separator: str) -> int:
     """Return the number of lines to the last row; final lines without a number where each row has one are no rows."""
     start = max(0, len(lines) - FOOTER)
@@ -186,11 +182,6 @@ def end_of(lines: Sequence[str], width: int, numeric: Sequence[int], decimal: st
         if is_number(field, decimal) or is_time_stamp(field) or (not field and len(row.fields) == width):
             return row.line
     return len(lines)
-
-
-def first_ragged(rows: Iterable[Row], width: int) -> Row | None:
-    """First row with more or fewer fields than the header."""
-    return next((row for row in rows if len(row.fields) != width), None)
 
 
 def file_bytes(path: Path) -> bytes:

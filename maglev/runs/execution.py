@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.cosim.master import Recording, RunFailed, RunInterrupted
-from maglev.files.cache import FILES, digests_of
+from maglev.files.cache import FILES, digest_at
 from maglev.files.errors import FAILURES, Interrupted, MeasurementError, ScenarioError, in_one_line
 from maglev.files.side_by_side import Progress, Watcher
 from maglev.files.whole_file import whole_file, write_whole
@@ -130,7 +130,7 @@ def write_result(files: ResultFiles, form: Format, result: RunResult, units: Map
     """
     with whole_file(files.file(form)) as columns, whole_file(files.file("json")) as record:
         write_columns(columns, form, result, units, recording, every)
-        write_whole(record, json_text({**run_as_json(result), FILES: digests_of([columns])}))
+        write_whole(record, json_text({**run_as_json(result), FILES: {columns.name: digest_at(columns)}}))
     files.forget_others(form)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from maglev.files.cache import FILES, digests_of, record_conflict
+from maglev.files.cache import FILES, digest_at, record_conflict
 from maglev.files.one_writer import Busy, NoLock, only_writer
 from maglev.files.whole_file import write_whole
 
@@ -99,7 +99,7 @@ def test_a_file_is_known_by_every_byte(tmp_path: Path) -> None:
 
     path = tmp_path / "run.csv"
     write_whole(path, "a,b\n1,2\n")
-    write_whole(tmp_path / "run.json", json.dumps({FILES: digests_of([path])}))
+    write_whole(tmp_path / "run.json", json.dumps({FILES: {path.name: digest_at(path)}}))
     assert record_conflict(path) == ""
     for text in ("a,b\n1,3\n", "a,b\n1,2\n3,4\n", "a,b\n1,2", ""):
         write_whole(path, text)
