@@ -10,13 +10,14 @@ import io
 import shutil
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
 RUN = "3dof-setpoints-improved"
 UNTIL = 6.6               # s of the run: setpoints have just changed
 SIZE = (1440, 1000)      # px of the page
-COLOURS = 256             # of the file, spread over all that there are: thin lines keep theirs
+COLOURS = 256             # of the file
 
 
 def take_picture(page: Path) -> Image.Image:
@@ -39,13 +40,21 @@ def take_picture(page: Path) -> Image.Image:
         return Image.open(io.BytesIO(tab.screenshot()))
 
 
+def reduced(picture: Image.Image) -> Image.Image:
+    """The picture in COLOURS: half are those of large areas, the others are spread over all, as thin lines need."""
+    often = sorted(picture.getcolors(picture.width * picture.height) or [], reverse=True)[:COLOURS // 2]
+    spread = picture.quantize(COLOURS // 2, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).getpalette() or []
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([*np.array([colour for _, colour in often]).ravel().tolist(), *spread])
+    return picture.quantize(palette=palette, dither=Image.Dither.NONE)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--page", type=Path, default=Path("results/live.html"))
     parser.add_argument("--out", type=Path, default=Path("docs/live.png"))
     arguments = parser.parse_args()
-    shown = take_picture(arguments.page).convert("RGB")
-    shown = shown.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    shown = reduced(take_picture(arguments.page).convert("RGB"))
     shown.save(arguments.out, optimize=True)
     print(f"{arguments.out}  {arguments.out.stat().st_size / 1e3:.0f} kB, {shown.width} × {shown.height}")
 

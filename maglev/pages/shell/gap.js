@@ -46,10 +46,8 @@ function drawGap(context, view, movers, look, spaceScale, colours) {
     if (!hit) write(context, "stop", right - 12, y(end) + 8, colours.faint, { align: "right" });
   }
   movers.forEach((mover, k) => drawMover(context, view, mover, columnOfMover(view, k, movers.length), colours));
-  (look.hits ?? []).forEach(({ end, text }, k, all) => {   // they stay to be read, above each other at one stop
-    const above = all.slice(0, k).filter((each) => each.end === end).length;
-    write(context, text, right - 10, y(1e3 * end) - 9 - 14 * above, colours.bad, { align: "right", font: "600 12px", halo: colours.panel });
-  });
+  // They stay to be read, above each other.
+  (look.hits ?? []).forEach(({ end, text }, k) => write(context, text, right - 10, y(1e3 * end) - 9 - 14 * k, colours.bad, { align: "right", font: "600 12px", halo: colours.panel }));
   if (look.forces) {
     const [x, wide] = columnOfMover(view, 0, movers.length), at = y(faceOf(run, movers[0].row)[0]);
     const newton = Math.min(0.6, 0.9 * (height - HEAD) / 4 / look.forces.weight), down = newton * look.forces.weight;

@@ -1,7 +1,7 @@
 """Colours of the report's lines, as people see them who tell red from green badly, and against the paper."""
 
 import re
-from itertools import combinations
+from itertools import combinations, product
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +63,13 @@ def test_lines_of_a_panel_are_told_apart(scheme, who):
 def test_a_colour_has_one_meaning(scheme):
     meanings = [name for group in GROUPS for name in group]
     assert len({scheme[name] for name in [*meanings, "reference", "limit", "thesis"]}) == len(meanings) + 3
+
+
+def test_axes_and_currents_have_colours_that_no_controller_has(scheme):
+    """On the live page all are seen next to each other."""
+    ours, theirs = [*(f"axis-{k}" for k in range(5)), "current"], [*GROUPS[0], "bad", "reference", "limit", "weight"]
+    for one, other in [*combinations(ours, 2), *product(ours, theirs)]:
+        assert np.linalg.norm(lab(linear(scheme[one])) - lab(linear(scheme[other]))) > 20.0, (one, other)
 
 
 def test_a_controller_has_a_colour_of_its_own_and_so_has_one_of_the_readers():
