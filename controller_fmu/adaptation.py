@@ -1,4 +1,4 @@
-"""How the constants of a regulator follow their estimates: within bounds, slowly, and not while the data mislead."""
+"""Adaptation of a regulator's constants to their estimates: within bounds, slowly, and not while the data mislead."""
 
 from controller_fmu.constant_estimate import ConstantEstimate
 from pmlsm.exponential import exponential
@@ -16,7 +16,7 @@ class Adaptation:
         self.frozen = False   # output: true if the constants stay as they are
 
     def judge(self, misleading: bool, sample_time: float) -> bool:
-        """Note if the data of a sample mislead; return True if the constants stay as they are."""
+        """Note if the data of a sample mislead; return True if the constants must not change."""
         if misleading:
             self.waiting = self.pause
         elif self.waiting > 0.0:
@@ -30,7 +30,7 @@ class Adaptation:
 
 
 class Travel:
-    """Where the guides let an axis, or a motor's gap, go: beyond, a stop pushes and not the motors alone."""
+    """Range of an axis, or of a motor's gap, within which only the motors push, and no stop does."""
 
     def __init__(self, lower: float, upper: float):
         self.lower = lower   # m, parameter

@@ -44,7 +44,8 @@ def adaptive_variables(stage: StageDescription, regulator: FmuDefinition, estima
 
 
 def outcome(stage: StageDescription, of: StageConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
-    """Constant that the regulator has now, and the estimate that it follows; none of the one that is not adapted."""
+    """Return the variables of a constant: its present value and its estimate; none for a constant that is not adapted.
+    """
     if of.unit == IRON:
         return ()
     name = of.name
@@ -70,7 +71,7 @@ def adaptation_parameters() -> tuple[Variable, ...]:
 
 
 def travel(name: str, stop: Stop, place: str) -> tuple[Variable, ...]:
-    """Where an axis, or the gap at each motor, meets its stops."""
+    """Return the parameters of the stops of an axis, or of the gap at each motor."""
     return tuple(replace(parameter(f"{name}.travel.{end}", "m", f"{end} stop of {name}, at which estimation pauses",
                                    ASSUMED, -10.0, 10.0, 1e-2), path=f"{place}.{end}")
                  for end in ("lower", "upper"))

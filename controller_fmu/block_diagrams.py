@@ -65,7 +65,7 @@ def own_class(sampled: int) -> str:
 
 
 def limit_and_commutation(x: float, y: float) -> str:
-    """From commanded currents, at y, to phase currents."""
+    """Draw limit and commutation, from commanded currents, at y, to phase currents."""
     return "".join([
         symbol(x + 12, y + 19, "i_d, i_q", "start"), arrow([(x, y), (x, y + 30)]), box(x - 23, y + 30, 46, 50),
         line([(x - 17, y + 69), (x - 9, y + 69), (x + 9, y + 41), (x + 17, y + 41)]),

@@ -4,7 +4,7 @@ from controller_fmu.motor_command import MotorCommand
 
 
 class MeasuredDisplacement:
-    """Axis of which only the measurement is needed."""
+    """An axis that is only measured."""
 
     def __init__(self) -> None:
         self.measured = 0.0        # m, input

@@ -16,7 +16,7 @@ def icon(axes: int) -> tuple[Shape, ...]:
 
 
 def block_diagram() -> str:
-    """From measured positions and delivered currents to the constants."""
+    """Draw the estimator, from measured positions and delivered currents to the constants."""
     return sketch(
         "Block diagram: the velocity filter computes y from the measured positions; positions and delivered currents "
         "give the rows A and b; the estimator follows the constants C with a gain from its weight Σ.",

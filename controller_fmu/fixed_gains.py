@@ -12,5 +12,5 @@ class FixedGains:
         return True
 
     def choose(self, gap: float, law: VerticalLaw) -> float:
-        """Leave a law as it is; returns 1, as of `GainTable.choose`."""
+        """Do not change the law; return 1, as `GainTable.choose` does."""
         return 1.0

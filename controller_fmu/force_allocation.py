@@ -1,4 +1,4 @@
-"""Which normal force each motor of a platform makes, so that the platform has the accelerations that are demanded."""
+"""Allocation of normal forces to the motors of a platform, for the demanded accelerations."""
 
 from controller_fmu.motor_place import MotorPlace
 from controller_fmu.tilt_measurement import TiltMeasurement

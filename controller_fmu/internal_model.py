@@ -13,7 +13,7 @@ def integral_of_sine(x: float) -> float:
 
 
 class OscillatorStep:
-    """One sample of ξ' = φ ξ + N e with e held: ξ₊ = Φ ξ + Γ e, the same for every axis of a controller."""
+    """Exact sample of ξ' = φ ξ + N e with constant e: ξ₊ = Φ ξ + Γ e, the same for every axis of a controller."""
 
     def __init__(self) -> None:
         self.cosine = 1.0       # Φ22, Φ33

@@ -42,7 +42,7 @@ class Linearisation:
         return True
 
     def copy(self, other: "Linearisation") -> None:
-        """Become equal to another one."""
+        """Copy the values of another linearisation."""
         self.stiffness = other.stiffness
         self.gain = other.gain
         self.f1 = other.f1

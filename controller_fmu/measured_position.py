@@ -1,4 +1,4 @@
-"""One encoder as the controller sees it, with its assumed errors, each off at zero."""
+"""One encoder as the controller reads it, with its assumed errors, each off at zero."""
 
 from controller_fmu.interpolation_error import InterpolationError
 from controller_fmu.sampling_instant import SLOTS, SamplingInstant

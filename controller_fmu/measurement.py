@@ -26,7 +26,7 @@ class Measurement(Sampled):
         self.started = False   # state: a measurement has come in
 
     def start(self) -> int:
-        """Take in the seed and the delay; until the first sample the encoders are given as they are."""
+        """Take in the seed and the delay; until the first sample the outputs equal the encoders."""
         self.key = int(self.seed)
         if self.key != self.seed:
             return NO_SEED

@@ -5,7 +5,7 @@ from pmlsm.stage_description import StageDescription
 
 
 class MotorLayout:
-    """Which kind each motor is of, and which horizontal axis it drives; kind 0 is the one that the constants are of."""
+    """The kind of each motor, 0 for the kind of the constants, and the horizontal axis that it drives."""
 
     def __init__(self, stage: StageDescription):
         self.kinds = motor_kinds(stage)

@@ -1,4 +1,4 @@
-"""Columns of A(y, u) by motors that are unlike, or have each its own air gap."""
+"""Columns of A(y, u) by motors that differ, or have separate air gaps."""
 
 from controller_fmu.common_row import NONE
 from controller_fmu.level_platform import LevelPlatform

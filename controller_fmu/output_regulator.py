@@ -26,7 +26,7 @@ class OutputRegulator:
         self.error_rate = 0.0           # m/s
 
     def start(self, demand: float, error: float) -> None:
-        """Begin at the measurement, with ξ1 such that the demand at an error (m) is this (m/s²) except for its rate."""
+        """Begin at the measurement, with ξ1 such that the demand at an error (m) is this (m/s²), without its rate."""
         self.observer.seed(self.measured)
         self.model.xi1 = 0.0
         if self.k3 != -1.0:

@@ -1,4 +1,4 @@
-"""Currents of a level stage whose motors are unlike: each has a direct current of its own."""
+"""Currents of a level stage whose motors differ: each has its own direct current."""
 
 from controller_fmu.level_platform import LevelPlatform
 from controller_fmu.motor_command import MotorCommand
@@ -36,7 +36,7 @@ class OwnCurrents:
         return True
 
     def tabulate(self, model: MotorModel) -> bool:
-        """Return True: unlike motors have no schedule and no table."""
+        """Return True: motors that differ have no schedule and no table."""
         return True
 
     def look(self, gap: float) -> float:

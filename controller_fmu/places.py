@@ -1,4 +1,4 @@
-"""Where the FMI variables of a controller lie in its block: paths, by their names."""
+"""Attribute paths of the FMI variables in the block of a controller, by their names."""
 
 from collections.abc import Iterable
 from dataclasses import replace

@@ -140,7 +140,7 @@ class Regulator(Sampled):
             self.rescale(1.0 / scale)
 
     def hold(self) -> None:
-        """Begin such that the mover is held; not bumpless, as though it rested at the setpoint."""
+        """Begin such that the mover is held at its place if bumpless, otherwise as if it rested at the setpoint."""
         self.currents.hold(self.axes, self.model, self.platform, self.setpoint, self.bumpless)
         for axis, demand in zip(self.axes, self.currents.demands, strict=True):
             axis.start(demand, axis.measured - axis.reference if self.bumpless else 0.0)

@@ -1,4 +1,4 @@
-"""One value for each motor of a platform, such as its air gap, as values of the vertical axis and of the tilts."""
+"""Conversion of one value for each motor, such as its air gap, to values of the vertical axis and of the tilts."""
 
 from controller_fmu.motor_place import MotorPlace
 

@@ -231,7 +231,7 @@ def setpoint(stage: StageDescription, use: str, source: str) -> Variable:
 
 
 def bumpless_start() -> Variable:
-    """How a linear regulator starts."""
+    """Return the switch of the start of a linear regulator."""
     return switch("bumpless", "true to start with the current that holds the mover at its initial position; false to "
                   "start with the current that holds it at setpoint, and with no integral of the error",
                   "assumed: the thesis does not say how its runs start", fixed=True)

@@ -36,7 +36,7 @@ class EstimatorLaw:
             self.added = self.growth * self.forgotten / forgetting
 
     def hold(self) -> None:
-        """Take nothing from this sample but the velocity, which the model continues following."""
+        """Ignore this sample, except for the velocity, which the model continues to follow."""
         self.held = True
         self.forgotten = 0.0
         self.added = 0.0

@@ -112,7 +112,7 @@ class ObservedRegulator(Regulator):
         self.observers = [DisturbanceObserver(BANDWIDTH) for _ in "yxz"]
 
     def step(self, t: float) -> None:
-        """One sample: that of the regulator, whose axes demand less by the disturbances, then the observers."""
+        """Step one sample: the regulator, whose demands exclude the estimated disturbances, then the observers."""
         axes = (self.y, self.x, self.z)
         if not self.started:
             for observer, axis in zip(self.observers, axes, strict=True):

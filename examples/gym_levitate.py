@@ -98,7 +98,7 @@ def train(envs: Any, random: np.random.Generator, generations: int, mean: np.nda
 
 
 def tested(envs: Any, weights: np.ndarray) -> str:
-    """How an agent does in episodes of 5 s, with setpoints that it has not seen."""
+    """Evaluate an agent in episodes of 5 s, with setpoints that it has not seen."""
     count = envs.num_envs
     _, errors, crashed = run_episodes(envs, np.tile(weights, (count, 1)), list(range(1_000_000, 1_000_000 + count)))
     text = f"{(~crashed).sum()} of {count} episodes of 5 s held"

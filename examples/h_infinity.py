@@ -95,7 +95,7 @@ class HInfinity:
         self.started = False
 
     def step(self, t: float) -> None:
-        """One sample."""
+        """Step one sample."""
         axes = (self.y, self.x, self.z)
         if not self.started:
             for axis in axes:

@@ -88,7 +88,7 @@ class LQI:
         return {name: values[k] + share * (values[k + 1] - values[k]) for name, values in self.table.items()}
 
     def step(self, t: float) -> None:
-        """One sample: filter, feedback, limit, and what comes next."""
+        """Step one sample: filter, feedback, limit, and prediction."""
         measured = np.array([self.y.measured, self.x.measured, self.z.measured])
         reference = np.array([self.y.reference, self.x.reference, self.z.reference])
         if self.state is None:

@@ -68,7 +68,7 @@ class MPC:
         self.started = False
 
     def step(self, t: float) -> None:
-        """One sample."""
+        """Step one sample."""
         axes = (self.y, self.x, self.z)
         if not self.started:
             for observer, axis in zip(self.observers, axes, strict=True):
@@ -95,10 +95,10 @@ if __name__ == "__main__":
     costs: list[float] = []
 
     class Timed(MPC):
-        """The same with a clock, which counts what this thread takes."""
+        """The same controller with a clock, which counts the time of this thread."""
 
         def step(self, t: float) -> None:
-            """One sample."""
+            """Step one sample."""
             began = time.thread_time()
             super().step(t)
             costs.append(time.thread_time() - began)

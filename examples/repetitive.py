@@ -53,7 +53,7 @@ class Memory:
         self.seen = np.zeros(len(HARMONICS), complex)    # m s
 
     def correction(self, turns: np.ndarray) -> tuple[float, float]:
-        """What is added to the reference (m) and to its rate (m/s), for the turned pointers of the harmonics."""
+        """Return the additions to the reference (m) and to its rate (m/s), for the turned pointers of the harmonics."""
         pointers = self.added * turns
         return float(pointers.real.sum()), float(-OMEGA * (np.array(HARMONICS) * pointers.imag).sum())
 
@@ -82,7 +82,7 @@ class RepetitiveRegulator(Regulator):
         self.period = -1
 
     def step(self, t: float) -> None:
-        """One sample: the regulator's with other references, then what is seen and, where a period is over, learnt."""
+        """Step one sample: the regulator with changed references, then observe and, at the end of a period, learn."""
         period = floor((t - self.begin) * OMEGA / (2.0 * pi) + 1e-9)
         if period != self.period:
             for memory in self.memories:

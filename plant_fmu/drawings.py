@@ -9,7 +9,7 @@ POLE, SLOT, TOOTH = 36, 16, 12   # px
 
 
 def icon(axes: int) -> tuple[Shape, ...]:
-    """Of the 2-DOF stage a view from the side, of the 3-DOF stage one from above, of a tilting one with its tilts."""
+    """Icon of a plant: the 2-DOF stage from the side, the 3-DOF stage from above, a tilting stage with its tilts."""
     return from_the_side() if axes == 2 else from_above() if axes == 3 else (*from_above(), *tilting_corners())
 
 

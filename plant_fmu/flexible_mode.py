@@ -4,7 +4,7 @@ from math import pi
 
 
 class FlexibleMode:
-    """One mode of a free mover: the share μ of its mass m swings on a spring and a damper, by r against the rest.
+    """One mode of a free mover: the share μ of its mass m swings on a spring and a damper, with the deflection r.
 
     Motors, guide, ripple, stops and external force act on the rest, whose place p is the position of the axis. With
     the acceleration a that they and gravity would give to the mover if it were rigid, and e = ω² r + 2 ζ ω r',

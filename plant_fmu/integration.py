@@ -1,4 +1,4 @@
-"""How a communication step is divided into integration steps."""
+"""Division of a communication step into integration steps."""
 
 LONGEST_COMMUNICATION_STEP = 1.0e3   # s; a longer one is a mistake that would take hours
 ROUNDING = 1.0e-9   # of an integration step, so that a quotient that is whole up to rounding stays whole

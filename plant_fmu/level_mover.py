@@ -127,7 +127,7 @@ class LevelMover:
         return 0
 
     def time_to_stop(self, axes: list[Axis], dt: float) -> float:
-        """Time (s) in which a motor meets such a stop: dt."""
+        """Return the time (s) in which a motor meets such a stop: dt."""
         return dt
 
     def settle(self) -> bool:

@@ -4,7 +4,7 @@ from pmlsm.electrical_angle import ElectricalAngle
 
 
 class MotorGroup:
-    """Which kind and which axis the motors have in common, and the electrical angle at their displacement."""
+    """The kind and the axis that motors have in common, and the electrical angle at their displacement."""
 
     def __init__(self, kind: int, axis: int):
         self.kind = kind           # number of the kind

@@ -115,7 +115,7 @@ class MotorSupply:
                 self.saturated = True
 
     def resume(self, angle: ElectricalAngle) -> None:
-        """Take the phase currents, as they are in a continuous model; i_d and i_q at an electrical angle."""
+        """Take over the phase currents of a continuous model, and compute i_d and i_q at an electrical angle."""
         self.phases[0].current = self.i_a
         self.phases[1].current = self.i_b
         self.phases[2].current = self.i_c

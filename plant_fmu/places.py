@@ -1,4 +1,4 @@
-"""Where the FMI variables of a plant lie in its block: attribute paths, by the names of the variables."""
+"""Attribute paths of the FMI variables in the block of a plant, by the names of the variables."""
 
 from collections.abc import Iterable
 from dataclasses import replace

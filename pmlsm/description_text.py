@@ -9,7 +9,7 @@ from pmlsm.stage_description import StageDescription
 
 
 def to_text(stage: StageDescription) -> str:
-    """Text of a description, without what is as it is by default."""
+    """Return the text of a description, without values that equal their defaults."""
     return json.dumps(as_data(stage), indent=1)
 
 

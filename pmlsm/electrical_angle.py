@@ -25,5 +25,5 @@ class ElectricalAngle:
             self.turn(geometry, displacement)
 
     def forget(self) -> None:
-        """Begin again: the geometry may be another one."""
+        """Start again, with a geometry that may have changed."""
         self.place = nan

@@ -14,7 +14,7 @@ class MotorKind:
 
 
 def motor_kinds(stage: StageDescription) -> list[MotorKind]:
-    """Return the kinds of motors of a stage: first that of its constants, then one for each motor that is unlike."""
+    """Return the kinds of motors of a stage: first that of its constants, then one for each motor of another kind."""
     return [MotorKind(stage.motor(), MotorRatio(1.0, 1.0, 1.0, 1.0, 1.0)),
             *(MotorKind(stage.motor(motor), MotorRatio(*motor.ratios, motor.kind.limit))
               for motor in stage.motors if motor.kind is not None)]

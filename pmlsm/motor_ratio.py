@@ -1,4 +1,4 @@
-"""Constants and limit of a motor that is unlike the others of its stage, by those of the stage."""
+"""Constants and limit of a motor that differs from the others, relative to those of the stage."""
 
 
 class MotorRatio:

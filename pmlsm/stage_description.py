@@ -132,7 +132,8 @@ class Winding:
 
 @dataclass(frozen=True)
 class MotorKind:
-    """Of a motor unlike the others of its stage: geometry, and constants and limit by those of the stage."""
+    """Kind of a motor that differs from the others: geometry, and constants and limit relative to those of the stage.
+    """
 
     geometry: Mapping[str, float]
     thrust: float
@@ -372,7 +373,7 @@ class StageDescription:
 
     @property
     def constant_sets(self) -> tuple[Constants, ...]:
-        """Of plant, model, and estimator: guess and weight."""
+        """Sets of constants: of plant and model, and the estimator's guess and weight."""
         return self.plant, self.model, self.estimator.guess, self.estimator.weight
 
     @property
@@ -400,7 +401,7 @@ class StageDescription:
         return MOST_CYCLES / self.longest_step
 
     def source(self, path: str) -> str:
-        """Where the value at a path comes from: of the sources whose path begins it, the longest."""
+        """Return the source of the value at a path: the one with the longest key that begins the path."""
         parts = path.split(".")
         for length in range(len(parts), 0, -1):
             cited = self.sources.get(".".join(parts[:length]))

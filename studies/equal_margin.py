@@ -56,7 +56,7 @@ def margins(controller: str, parameters: Gains) -> Margins:
 
 
 def factors(of: Callable[[float, float], Margins], wanted: Mapping[str, float]) -> list[float]:
-    """Factors of y and x with which the delay margins (s) are those wanted, to 1 %: a secant in logarithms.
+    """Return factors of y and x that give the desired delay margins (s) to 1 %, by a secant in logarithms.
 
     The axes do not depend on each other, so both are found at once.
     """

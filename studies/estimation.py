@@ -1,4 +1,4 @@
-"""One scale of Coulomb friction on all axes, chosen by part of the evidence and judged on the rest.
+"""Estimation of one scale of Coulomb friction for all axes, from part of the evidence, and its test on the rest.
 
     python -m studies.estimation
 
@@ -128,7 +128,7 @@ def counts(judged: Iterable[Judged]) -> tuple[tuple[int, int, int], tuple[int, i
 
 
 def residual(result: ClaimResult, largest: float) -> float:
-    """How far a claim is missed, in standard deviations; approaches `largest`; 0 where it is met or not testable.
+    """Return how far a claim is missed, in standard deviations, at most `largest`; 0 if it is met or not testable.
 
     "about" a figure: half of its last digit or 5 %, the larger one, is one standard deviation. A limit or a factor:
     10 % of it, on the wrong side. A bound by an axis: the distance of its ticks. A yes or no,

@@ -243,7 +243,7 @@ def find(loop: Loop, rate: float, decay: float) -> dict[str, Any]:
 
 
 def verify(loop: Loop, certificate: Mapping[str, Any]) -> bool:
-    """Whether V is positive and decreases at every corner of every cell, in rational arithmetic alone."""
+    """Return True if V is positive and decreases at every corner of every cell, in rational arithmetic."""
     regulator, decay = set_up(loop), Fraction(certificate["decay"])
     scale = rational(certificate["scale"])
     P = [rational(matrix) / np.outer(scale, scale) for matrix in certificate["P"]]
@@ -275,7 +275,7 @@ def covered_steps(certificate: Mapping[str, Any]) -> tuple[list[float], float]:
 
 
 def positive(matrix: Rationals) -> bool:
-    """Whether a symmetric matrix is positive definite: all pivots of its elimination are."""
+    """Return True if a symmetric matrix is positive definite: all pivots of its elimination are positive."""
     rows = matrix.copy()
     for k in range(len(rows)):
         if rows[k, k] <= 0:

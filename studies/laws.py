@@ -24,7 +24,7 @@ RunStudy = Callable[[StudyFile], Path]   # a study to its dataset
 
 def map_laws(words: str, data: Path, outcomes: Sequence[str],
              run_stage: Callable[[str, tuple[str, ...], RunStudy, argparse.Namespace], StageGrids]) -> None:
-    """Run stages as the command line asks for, and write what was found; with --stage the others stay as they are.
+    """Run the stages that the command line selects, and write the results; with --stage the other stages keep theirs.
 
     `words` say what the command does, and grids stand in `data` if the command line names no file. `run_stage` runs the
     laws of a stage and draws them: name of the stage, its laws, how to run a study, options.
@@ -55,7 +55,7 @@ def origin_of(paths: Iterable[Path]) -> Origin:
 
 
 def markdown_table(rows: Sequence[Sequence[str]]) -> str:
-    """Rows of texts, the heading first, as a table in Markdown; all but the first two columns are numbers."""
+    """Return rows of texts, the heading first, as a table in Markdown; all but the first two columns are numbers."""
     head, *others = (f"| {' | '.join(row)} |" for row in rows)
     return "\n".join([head, "|---|---|" + "---:|" * (head.count("|") - 3), *others])
 

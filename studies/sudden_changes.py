@@ -95,7 +95,7 @@ def border(change: Change, errors: Floats) -> str:
 
 
 def beside_fixed(fixed: Floats, errors: Floats) -> list[str]:
-    """Of a law next to the fixed one: runs that it saves, and that it loses alone, and its errors over the other's.
+    """Compare a law with the fixed one: runs that it saves, runs that only it loses, and the ratio of the errors.
 
     Of errors, where both hold, the median, the largest, and the share that is over 2 % worse.
     """

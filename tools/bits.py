@@ -1,4 +1,4 @@
-"""The same three runs on every processor, C library, Python and browser that is here; digests into docs/accuracy.md.
+"""Run the same three runs on every processor, C library, Python and browser here; digests into docs/accuracy.md.
 
     python tools/bits.py          # writes the table of the page
     python tools/bits.py --check  # compares with it what is here
@@ -73,7 +73,7 @@ WAVES = {"[vy].reference": (0.5e-3, 1.3), "[hxz].reference": (4e-3, 0.7), "?*[lh
 
 @dataclass(frozen=True)
 class Run:
-    """One closed loop, its start values, inputs over time and recorded numbers, by attribute path of its block."""
+    """One closed loop: its start values, inputs over time and recorded numbers, by attribute path of its block."""
 
     of: FmuDefinition
     start: Mapping[str, float | bool]
@@ -83,12 +83,12 @@ class Run:
     steps: int
 
     def plan(self) -> dict[str, Any]:
-        """What a host in Python needs, without the modules of an FMU."""
+        """Return the plan for a host in Python, without the modules of an FMU."""
         return {"definition": STAGES.definitions()[self.of.name].text(), "start": self.start,
                 "waves": self.waves, "numbers": self.numbers, "step": self.step, "steps": self.steps}
 
     def code(self) -> str:
-        """The same as a function in C."""
+        """Return the same plan as a function in C."""
         start = [f"loop.{c_path(place)} = {c_literal(value)};" for place, value in self.start.items()]
         waves = [f"loop.{c_path(place)} = {c_literal(w.middle)} + {c_literal(w.amplitude)} * "
                  f"sine_cosine__sine_of_turns({c_literal(w.frequency)} * t + {c_literal(w.phase)});"
@@ -144,7 +144,7 @@ def sources(run: Run) -> dict[str, str]:
 
 
 class Absent(Exception):
-    """What an environment lacks on this machine."""
+    """Raised for a program that an environment needs and this machine lacks."""
 
 
 def program_path(*names: str) -> str:
@@ -190,7 +190,7 @@ def by_gcc(run: Run) -> str:
 
 def by_zig(target: str, flags: tuple[str, ...], emulator: str, run: Run,
            further: Mapping[str, str] | None = None) -> str:
-    """A target of zig's, perhaps with further files, on this machine as it is or by an emulator, with its options."""
+    """Return the digest of a run that zig compiles for a target, with further files, and that an emulator may run."""
     before = [*map(program_path, emulator.split()[:1]), *emulator.split()[1:]]
     ending = ".exe" if "windows" in target else ""
     with scratch() as folder:
@@ -259,7 +259,7 @@ def chromium(run: Run) -> str:
 
 
 class Environment(NamedTuple):
-    """Where the runs are made: its name, what compiles and what runs them, and the way to the digest of one."""
+    """A host of the runs: its name, its compiler and program, and its function for the digest of a run."""
 
     name: str
     by: str

@@ -43,7 +43,7 @@ build(sys.argv[2:], Path(sys.argv[1]), HOST)
 
 
 class Mutation(NamedTuple):
-    """One line of a file of the repository changed, the FMUs to build again, and the runs or the tests that may notice.
+    """A changed line of a file of the repository, the FMUs to rebuild, and the runs or tests that may notice it.
 
     `equivalent` says why nothing follows from it; empty where it has to be noticed.
     """
@@ -108,7 +108,7 @@ def mutated_fmus(mutation: Mutation, folder: Path, unchanged: Path) -> str:
 
 
 def noticed(plans: Sequence[RunPlan], fmus: Path) -> str:
-    """What the first run that does not pass says, also with FMUs of other sources; empty if all pass."""
+    """Return the message of the first run that does not pass, also with FMUs of other sources; empty if all pass."""
     for plan in plans:
         result = check_run(PACKAGED / "baselines", replace(prepare(plan, fmus, {}, {}), stale=()), {})
         if result.status != "passed":
@@ -117,7 +117,7 @@ def noticed(plans: Sequence[RunPlan], fmus: Path) -> str:
 
 
 def failing_test(tests: Sequence[str], source: Path) -> str:
-    """What pytest says of the first test that fails with copied sources; empty if all pass."""
+    """Return pytest's message about the first test that fails with copied sources; empty if all pass."""
     done = subprocess.run([sys.executable, "-m", "pytest", "-x", "--no-header", "-p", "no:cacheprovider", *tests],
                           cwd=source, text=True, capture_output=True, env={**os.environ, "PYTHONPATH": str(source)})
     failed = [line for line in done.stdout.splitlines() if line.startswith("FAILED ")]

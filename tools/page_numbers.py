@@ -32,7 +32,7 @@ def main() -> int:
 
 
 def run_number(specification: str) -> float:
-    """What a run has, in the unit: the largest of all steps and events, or their mean."""
+    """Return the metric of a run, in the unit: the largest of all steps and events, or their mean."""
     match = VALUE.fullmatch(specification)
     if match is None:
         sys.exit(f"{LIST.name}: {specification!r}: expected 'RUN: QUANTITY of AXIS in UNIT'")

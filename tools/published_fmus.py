@@ -1,4 +1,4 @@
-"""How FMUs that others publish fare here, as a table: for the page docs/importers.md, by hand.
+"""Test the FMUs that others publish, and write a table for the page docs/importers.md, by hand.
 
     python tools/published_fmus.py FOLDER...
 
@@ -46,7 +46,7 @@ def main() -> None:
 
 
 def row(path: Path) -> tuple[str, ...]:
-    """What the table says of an FMU."""
+    """Return the row of the table for an FMU."""
     try:
         description = read_model_description(str(path), validate=False)
     except Exception as error:
@@ -63,7 +63,7 @@ def checked(path: Path) -> str:
 
 
 def compared(path: Path, description: ModelDescription) -> str:
-    """How far a run by the master is from one by fmpy, or which of them failed, and how."""
+    """Return how far a run by the master is from one by fmpy, or which of them failed, and how."""
     experiment = description.defaultExperiment
     stop = float(getattr(experiment, "stopTime", None) or 1.0)
     step = float(getattr(experiment, "stepSize", None) or stop / 500.0)

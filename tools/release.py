@@ -1,4 +1,4 @@
-"""What a version ships, into the folder dist: `make release`, or `python tools/release.py`.
+"""Build everything that a version ships, into dist: `make release`, or `python tools/release.py`.
 
 Wheel and source distribution, the FMUs and SSP files of all kinds, the compatibility information that fmi-standard.org
 asks for, the documentation site as `make docs` has left it, the commit and tools (provenance.json), and the checksums

@@ -24,7 +24,7 @@ HEAD = "# Written by `python tools/write_costs.py`.\n"
 
 
 class Cost(NamedTuple):
-    """What a law takes in a run of its stage: instructions a sample, bytes of flash, RAM and stack."""
+    """Cost of a law in a run of its stage: instructions a sample, bytes of flash, RAM and stack."""
 
     run: str
     least: int

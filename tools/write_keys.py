@@ -42,7 +42,7 @@ WORDS: dict[Any, str] = {str: "text", float: "number", int: "whole number", bool
 
 
 class Key(NamedTuple):
-    """One key: its name, what kind of value it takes, what it is without it, and what it means."""
+    """One key: its name, its type, its default, and its meaning."""
 
     name: str
     kind: str
@@ -106,7 +106,7 @@ def plural(text: str) -> str:
 
 
 def without_key(key: str, field: FieldInfo) -> str:
-    """What a key is without it; empty text for nothing."""
+    """Return the default of a key; empty text without a default."""
     if key == "output_interval":
         return "`step`"
     if field.is_required():

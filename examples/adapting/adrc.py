@@ -116,7 +116,7 @@ class ADRC:
         self.z.observer.start(self.sample_time)
 
     def step(self, t: float) -> None:
-        """One sample: correct, demand, command, and predict with what the limit leaves."""
+        """Step one sample: correct, demand, command, and predict with the limited command."""
         if not self.started:
             if self.y.measured <= 0.0:
                 return   # in another tool: nothing has been measured yet

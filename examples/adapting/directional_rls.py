@@ -92,7 +92,8 @@ def moved(value: float, nominal: float, share: float, target: float, largest: fl
 
 
 def drag(velocity: float, slow: float) -> float:
-    """What Coulomb friction takes, −1 to 1; below a slow velocity (m/s) a share, for there it is a spring."""
+    """Return the direction of Coulomb friction, −1 to 1; a fraction below a slow velocity (m/s), where it is a spring.
+    """
     if velocity > slow:
         return -1.0
     if velocity < -slow:
@@ -171,7 +172,7 @@ class DirectionalRegulator:
             motors.C4 = moved(motors.C4, first.C4, share, self.y_row.second, largest)
 
     def step(self, t: float) -> None:
-        """One sample: learn from what was commanded until now, then that of the regulator."""
+        """Step one sample: learn from the commands until now, then step the regulator."""
         y = self.y
         x = self.x
         z = self.z

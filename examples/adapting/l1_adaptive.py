@@ -26,7 +26,7 @@ from pmlsm.exponential import exponential
 
 
 class Uncertainty:
-    """What one axis does that the commands do not explain, and what of it is compensated."""
+    """Motion of one axis that the commands do not explain, and the part of it that is compensated."""
 
     def __init__(self, cutoff: float):
         self.cutoff = cutoff         # ω, rad/s, parameter
@@ -89,7 +89,7 @@ class L1Regulator:
         self.z_uncertainty.start(self.sample_time)
 
     def step(self, t: float) -> None:
-        """One sample: that of the regulator, with what is compensated taken from its demands."""
+        """Step one sample of the regulator, with the compensation subtracted from its demands."""
         y = self.y
         x = self.x
         z = self.z

@@ -12,7 +12,7 @@ from pmlsm.velocity_rows import normal_acceleration, thrust_term
 
 
 class Motors3DOF:
-    """From demanded accelerations to currents, and back from the limited currents to accelerations."""
+    """Conversion of demanded accelerations to currents, and of limited currents back to accelerations."""
 
     def __init__(self) -> None:
         # As the thesis's regulator knows the stage, not as the stage is.

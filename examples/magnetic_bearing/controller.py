@@ -6,7 +6,7 @@ MASS = 4.0            # kg
 
 
 class Axis:
-    """One axis: from the position to the currents of its two magnets."""
+    """One axis: computes the currents of its two magnets from the position."""
 
     def __init__(self) -> None:
         self.reference = 0.0    # m, input

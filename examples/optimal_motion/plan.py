@@ -75,7 +75,7 @@ class Plan:
 
 
 def energy(currents: ca.MX, interval: ca.MX) -> ca.MX:
-    """What the windings take (J): the squares of three phases are 3/2 of those of i_d and i_q."""
+    """Return the loss in the windings (J): the squares of three phases are 3/2 of those of i_d and i_q."""
     return RESISTANCE * 1.5 * ca.sumsqr(currents) * interval
 
 

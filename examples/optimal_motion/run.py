@@ -33,7 +33,7 @@ def overshoot(run: maglev.Run, axis: str) -> float:
 
 
 def energy(run: maglev.Run, end: float) -> float:
-    """What the windings take (J) from the beginning to an end (s)."""
+    """Return the loss in the windings (J) from the beginning to a time (s)."""
     during = (run.time >= BEGIN) & (run.time <= end + 1e-9)
     return float(np.trapezoid(RESISTANCE * sum(run[name][during]**2 for name in PHASES), run.time[during]))
 
@@ -45,7 +45,7 @@ def lag(run: maglev.Run, axis: str) -> float:
 
 
 def motion_table(runs: dict[str, maglev.Run]) -> str:
-    """What was measured, a column for each run."""
+    """Return the measured values, a column for each run."""
     def row(name: str, form: str, of: object) -> str:
         return f"{name:34}" + "".join(f"{', '.join(format(v, form) for v in of(run)):>26}" for run in runs.values())
 

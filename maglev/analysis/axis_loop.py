@@ -77,7 +77,8 @@ class AxisLoop:
 
 
 def stage_and_regulators(stage: str | Path) -> tuple[StageDescription, str, list[str]]:
-    """Description of a stage, and the names of its plant and of its output regulators, the nonlinear one first.
+    """Return the description of a stage, and the names of its plant and of its output regulators, the nonlinear one
+    first.
 
     StabilityError if there is no such stage.
     """

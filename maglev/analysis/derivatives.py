@@ -88,7 +88,7 @@ def varying(part: Participant, base: Array, number: int, push: float) -> str:
 
 
 def look(part: Participant, base: Array, number: int, pushes: Sequence[float]) -> tuple[int | None, str]:
-    """Which pushes the derivative holds for: the first of the largest two; or None, and why there is none."""
+    """Return the number of the first push from which the derivative holds, even; or None, and the reason."""
     rest = part.response(pushed(base, number, 0.0, WINDOW))
     up, down = ([(part.response(pushed(base, number, sign * push, WINDOW)) - rest) / push for push in pushes]
                 for sign in (1.0, -1.0))

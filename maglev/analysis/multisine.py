@@ -22,17 +22,17 @@ class Grid:
 
     @property
     def period(self) -> float:
-        """Of the whole, s."""
+        """Period of the whole signal, s."""
         return self.samples * self.step
 
     @property
     def frequencies(self) -> Array:
-        """Of the lines, rad/s, shape (lines,)."""
+        """Frequencies of the lines, rad/s, shape (lines,)."""
         return 2.0 * pi / self.period * np.array(self.harmonics)
 
 
 def make_grid(lowest: float, highest: float, lines: int, step: float) -> Grid:
-    """Lines that are spread evenly over the logarithm of the frequency, as far as they are harmonics of the lowest.
+    """Return lines spread evenly over the logarithm of the frequency, as far as they are harmonics of the lowest.
 
     `lowest`, from which the period follows, and `highest` are in rad/s, the sample time `step` in s. Where neighbouring
     lines would fall on one harmonic there are fewer. LinearModelError if that is no grid below half the sample rate.

@@ -77,7 +77,8 @@ class Pair:
 
     @property
     def openings(self) -> dict[str, tuple[Array, Array]]:
-        """Where the loop can be opened or injected to: how each reads in the signals, and how they change with it.
+        """Return where the loop can be opened or injected into: the effect of each place on the signals, and of these
+        on it.
 
         Shapes (signals,), (signals,). Where the platform tilts, a tilt lies in the gaps at all motors.
         """
@@ -205,7 +206,7 @@ def make_pair(asked: AskedPair, smooth: bool = True) -> Pair:
 
 def with_fmus(asked: AskedPair, signals: Sequence[str], commands: bool, fmus: str | Path | None, kind: str | None,
               fmi: int) -> AskedPair:
-    """Return what is asked for with the folder of its FMUs, which are built if need be; wrong names are refused first.
+    """Check the names, build missing FMUs, and return the request with the folder of its FMUs.
 
     `signals` are where its loop is to be opened, with `commands` also at those of phase currents.
     """

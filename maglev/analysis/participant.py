@@ -1,4 +1,4 @@
-"""One FMU, or a user's class, stepped by itself from a point of its past, as often as one likes.
+"""One FMU, or a user's class, stepped by itself from a point of its past, any number of times.
 
 Its state is saved by its own means (fmi2GetFMUstate, or a copy of the object). Without such means it is made again and
 gets the inputs of its past once more.
@@ -76,7 +76,7 @@ class Participant:
         return self.outputs_now()
 
     def outputs_now(self) -> list[float]:
-        """Outputs as they are, SI."""
+        """Return the present outputs, SI."""
         for call in self.getting:
             call.at(0)
         numbers: list[float] = self.got.tolist()

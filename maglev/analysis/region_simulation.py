@@ -40,7 +40,7 @@ class Response:
 
 
 class Samples:
-    """One sample of a loop after the other, of many states at a time."""
+    """Step many states of a loop, one sample after the other."""
 
     def __init__(self, loop: AxisLoop, gains: Array):
         self.K, self.lower, self.upper = loop.K, loop.lower[:, None], loop.upper[:, None]

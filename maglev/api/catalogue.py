@@ -179,7 +179,7 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
 
 
 def require_different_names(files: Iterable[Path], names: Iterable[str]) -> None:
-    """Refuse a class that is called like another one, or like an FMU built with it: the files are named after them."""
+    """Raise an error if two classes, or a class and an FMU built with it, have one name: files get these names."""
     from maglev.cosim.open import read_description  # in another process, which a file may end when it is imported
 
     taken = {name.casefold(): name for name in names}

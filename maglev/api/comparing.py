@@ -209,7 +209,7 @@ def labelled(controllers: Controllers) -> dict[str, Given]:
 
 def put_in(plan: RunPlan, label: str, controller: Given, options: RunOptions, say: Say = warn,
            watch: Watch = unwatched) -> Experiment:
-    """The run with a controller, under a name of its own; the plan's own controller leaves the run as it is.
+    """Return the run with a controller, under a name of its own; the plan's own controller does not change the run.
 
     A map of ports is for the plant and for controllers that are files: this project's need none.
     """

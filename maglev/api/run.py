@@ -1,4 +1,4 @@
-"""One run that was made: columns, metrics and verdicts as data, and ways on to other tools."""
+"""A finished run: columns, metrics and verdicts as data, and conversions for other tools."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

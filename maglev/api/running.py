@@ -308,7 +308,9 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
 
 
 def keeping(experiments: Sequence[Experiment], every: int | None) -> list[Experiment]:
-    """Runs of which every so many communication steps are kept, as planned without a number; ScenarioError of none."""
+    """Return the planned runs, with every n-th communication step kept if a number is given; ScenarioError without
+    runs.
+    """
     number = own_number(every)
     for experiment in experiments if every is not None else ():
         steps = len(experiment.times) - 1

@@ -127,7 +127,7 @@ class Study:
         return rerun(**row_options(self.about, self.row(sample)))
 
     def row(self, sample: int) -> dict[str, Any]:
-        """A sample's row of the dataset; UnknownName if there is none of the number."""
+        """Return a sample's row of the dataset; UnknownName if there is no sample of this number."""
         number = whole_number(sample, UnknownName, f"{self.name}: sample", 0, self.about["samples"] - 1)
         return dict(self.to_arrow().slice(number, 1).to_pylist()[0])
 
@@ -288,7 +288,7 @@ def made_ready(study: StudyFile | TuneFile, path: Path, options: RunOptions, sch
 
 
 def fmu_of(path: str, folder: Path, native: bool, everywhere: bool, say: Say) -> Path:
-    """Build the FMU of a Python file into a folder of its own: several files can have classes of one name."""
+    """Build the FMU of a Python file into its own folder: several files can have classes of the same name."""
     folder.mkdir()
     if native:
         try:
@@ -323,7 +323,8 @@ def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], 
 
 
 def plain(given: Any) -> Any:
-    """Return values as a list, arrays of other libraries by DLPack, and anything else unchanged, to be refused later.
+    """Return values as a list, arrays of other libraries by DLPack, and anything else unchanged, to fail in a later
+    check.
 
     ScenarioError for an array that is not in this machine's memory.
     """

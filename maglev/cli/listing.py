@@ -56,7 +56,7 @@ def list_all(words: Words = None, stage: StageFile = None, fmus: Built = Path("f
 
 
 def built_kinds(entry: "FmuEntry", fmus: Path) -> list[str]:
-    """Where an FMU is built: kinds in the cache, then kinds in the folder, stale where the sources make others now."""
+    """Return where an FMU is built: kinds in the cache, then kinds in the folder; stale if the sources have changed."""
     from maglev.descriptions.own_fmus import stale
     from maglev.scenario.fmus_for_runs import is_kept
 

@@ -54,7 +54,7 @@ Command = Callable[..., None]
 
 
 def with_run_options(*names: str, without: Collection[str] = ()) -> Callable[[Command], Command]:
-    """Give a command, instead of its `**options`, those of runs, or some, after its own; in Python's names."""
+    """Give a command the options of runs, or some of them, after its own, instead of `**options`."""
     return with_more({name: (typed(name), OPTIONS[name].default) for name in names or OPTIONS if name not in without})
 
 

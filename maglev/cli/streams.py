@@ -50,7 +50,7 @@ def whole_streams() -> None:
 
 
 class CommandLine(Group):
-    """Commands as a program, of which the exit code 1 means only that a check deviates."""
+    """Run commands as a program; exit code 1 means only that a check deviates."""
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
         whole_streams()

@@ -40,7 +40,7 @@ LISTENERS: dict[bytes | None, Listening] = {}   # of FMI 2.0, by instance name
 
 
 class Type(NamedTuple):
-    """How variables are accessed: the end of the functions' names, a value in C and in an array, and in a recording."""
+    """A type of variables: the end of the functions' names, and the type of a value in C, in arrays, in recordings."""
 
     function: str
     value: Any

@@ -167,7 +167,7 @@ def kind_of(variable: ScalarVariable) -> str:
 
 
 def other_kind(path: Path) -> str:
-    """Say of a missing FMU of which other kind there is one."""
+    """Return where a missing FMU exists in another kind, as the end of a message; empty if nowhere."""
     own = path.parent.name if path.parent.name in ("native", "fmi3", "clocked") else ""
     root = path.parent.parent if own else path.parent
     folders = {"": f"without {option('kind')}", "native": f"with {option('kind', 'native')}",
@@ -237,7 +237,9 @@ class Fmu:
             self.do_step = self.ticking
 
     def heard(self, call: Callable[..., Any], name: str, *arguments: Any) -> Any:
-        """Make a call of fmpy's, which refuses a status beyond a warning; one below zero is refused, too."""
+        """Call a function of fmpy, which raises an error for a status beyond a warning; a negative status is an error,
+        too.
+        """
         status = call(name, *arguments)
         if type(status) is int:
             self.require(name, c_uint32(status).value)
@@ -381,7 +383,7 @@ def unpack(path: Path, folder: Path) -> None:
 
 
 def make_links(folder: Path, entries: Iterable[zipfile.ZipInfo]) -> None:
-    """Make links and programs of unpacked files as they were; FmuError for a link that leads out of the folder."""
+    """Restore links and executable files of an archive; FmuError for a link that leads out of the folder."""
     links = []
     for entry in entries:
         mode, path = entry.external_attr >> 16, folder / entry.filename

@@ -85,7 +85,7 @@ class Finished(NamedTuple):
 
 
 class Failed(NamedTuple):
-    """Report: an FMU refused a call, after so many rows; with the traceback of that."""
+    """Report that an FMU failed in a call, after a number of rows, with its traceback."""
 
     message: str
     rows: int

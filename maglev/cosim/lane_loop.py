@@ -43,7 +43,7 @@ ALIGNED = 64   # bytes, of the longest vectors
 
 
 class Vectors(NamedTuple):
-    """Vectors of a processor: so many numbers in a register, and zig's name of the processors that have them."""
+    """Vectors of a processor: numbers in a register, and zig's name of the processors that have them."""
 
     width: int
     processor: str
@@ -60,7 +60,7 @@ MOST_LANES = WIDER[0].width
 
 
 def widest(flags: frozenset[str] | None = None) -> Vectors:
-    """The widest vectors of a processor with so many flags, of this one without them."""
+    """Return the widest vectors of a processor with these flags; of this processor without flags."""
     found = processor_flags() if flags is None else flags
     return next((each for each in WIDER if each.needed <= found), NARROW)
 
@@ -403,7 +403,8 @@ class LaneLoop:
 
 def lane_loop(wiring: Wiring, seen: Sequence[str], amounts: Sequence[str], varied: Varied | None = None,
               build: bool = False, written: Mapping[str, Variables] | None = None) -> LaneLoop | None:
-    """Return the loop for a wiring, or None if there is none; `build` compiles one that was not compiled before.
+    """Return the loop for a wiring, or None if it cannot run in lanes; `build` compiles a loop that is not yet
+    compiled.
 
     The loop has one lane if nothing varies. It writes the values of the recorded variables `seen`, 0 for an empty name,
     and adds up the sizes of the `amounts`. It needs native FMUs that this installation builds, or `written` ones by

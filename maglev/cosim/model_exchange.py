@@ -148,7 +148,7 @@ class Integration:
         return made
 
     def state(self, what: str, number: int) -> str:
-        """Say of which state something is, where the description tells."""
+        """Name the state that a message is about, if the description tells."""
         unknowns = self.description.derivatives
         if "event" in what or number >= len(unknowns) or unknowns[number].variable.derivative is None:
             return ""

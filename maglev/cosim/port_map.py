@@ -111,12 +111,12 @@ def read_port(key: str, value: object) -> Port:
 
 
 def declared_units(description: ModelDescription) -> dict[str, Unit]:
-    """Units that an FMU declares by their SI base units, and that are not known here, by name; none with an offset."""
+    """Return units without an offset that an FMU declares and that the table of units lacks, by name."""
     return {name: unit for name, (unit, offset) in units_with_offsets(description).items() if offset == 0.0}
 
 
 def units_with_offsets(description: ModelDescription) -> dict[str, tuple[Unit, float]]:
-    """All such units, each with its offset."""
+    """Return all such units, each with its offset."""
     units = {}
     for unit in description.unitDefinitions:
         base = unit.baseUnit

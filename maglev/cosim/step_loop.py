@@ -82,7 +82,7 @@ def in_c(phases: Sequence[Sequence[Call]]) -> bool:
 
 
 def own_loop() -> Kept | None:
-    """The library with the loop of this installation; None if none was built, or it is not as it was written."""
+    """Return the library with the loop of this installation; None if it was not built, or has changed since."""
     return kept(step_loop_key(), LIBRARY)
 
 
@@ -99,7 +99,7 @@ def keep_loop(content: bytes) -> Kept:
 
 @cache
 def step_loop_key() -> str:
-    """Key of this version's loop on this machine: of its text and of the compiler's flags."""
+    """Return the key of this version's loop on this machine: of its text and of the compiler's flags."""
     platform, = host_platform().values()
     return key_of(STEP_LOOP, source(), FLAGS, platform)
 
@@ -134,7 +134,7 @@ def source() -> str:
 
 
 class StepFailed(Exception):
-    """A step that an FMU refused or the user interrupted, and its number."""
+    """A step in which an FMU failed or which the user interrupted, and its number."""
 
     def __init__(self, step: int, reason: BaseException):
         super().__init__(str(reason))

@@ -121,7 +121,7 @@ class Rate(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Where a value lies: its track, its column there, and the place of its FMU in the order; -1 for a signal."""
+    """Place of a value: its track, its column there, and the position of its FMU in the order; -1 for a signal."""
 
     track: Track
     column: int

@@ -46,7 +46,7 @@ def own_fmu(name: str, folder: Path) -> Path:
 
 
 def current_fmu(name: str, folder: Path) -> Path:
-    """The same file, for descriptions of the present sources: FmuError if it is not built from these."""
+    """Return the same file, if it is built from the present sources; FmuError otherwise."""
     path = own_fmu(name, folder)
     if old := stale(name, path):
         raise FmuError(old)
@@ -54,7 +54,7 @@ def current_fmu(name: str, folder: Path) -> Path:
 
 
 def stale(name: str, path: Path) -> str:
-    """That a file is not the FMU, system or module of a name as this installation builds it now: a sentence.
+    """Say that a file differs from the FMU, system or module of this name that this installation builds: a sentence.
 
     Empty if it is; also if it is not there, which raises its own error where it is needed.
     """

@@ -29,7 +29,7 @@ class Stages:
         self.made: dict[str, FmuDefinition] = {}
 
     def add(self, stage: OwnStage) -> None:
-        """Know a stage, instead of one of that name."""
+        """Add a stage, or replace the one of that name."""
         self.forget(stage.description.name)
         self.own[stage.description.name] = stage
 
@@ -41,16 +41,16 @@ class Stages:
 
     @property
     def stages(self) -> dict[str, StageDescription]:
-        """Stages by name, ours first."""
+        """Stages by name, the packaged ones first."""
         return PACKAGED_STAGES | {name: stage.description for name, stage in self.own.items()}
 
     def own_of(self, name: str) -> OwnStage | None:
-        """The stage of the user's that an FMU or a system is of, if it is of one."""
+        """Return the user's stage of an FMU or a system, or None."""
         return next((own for own in self.own.values()
                      if name in (*definitions(own.description), system_of(own.description))), None)
 
     def definitions(self) -> dict[str, "Made"]:
-        """How the definition of every FMU that can be built is made, by its name."""
+        """Return the recipe of the definition of every FMU that can be built, by its name."""
         return definitions_of(self.stages.values())
 
     def definition(self, name: str) -> FmuDefinition:
@@ -65,7 +65,7 @@ class Stages:
 
 
 class Made(NamedTuple):
-    """How a definition is made: a function, a description, and more arguments, by where they stand or made likewise."""
+    """Recipe of a definition: a function, a description, and further arguments, by import paths or further recipes."""
 
     function: str   # as "plant_fmu.definition.plant"
     description: StageDescription
@@ -76,7 +76,7 @@ class Made(NamedTuple):
             argument.value() if isinstance(argument, Made) else imported(argument) for argument in self.arguments))
 
     def text(self) -> str:
-        """The same as Python, which an FMU runs to have its DEFINITION."""
+        """Return the recipe as Python, which an FMU runs to make its DEFINITION."""
         paths = {*self.paths(), f"{from_text.__module__}.{from_text.__name__}"}
         imports = sorted("from {} import {}\n".format(*path.rsplit(".", 1)) for path in paths)
         lines = (f"    {line!r}\n" for line in to_text(self.description).splitlines(keepends=True))
@@ -87,7 +87,7 @@ class Made(NamedTuple):
         return f"{last(self.function)}({', '.join(('STAGE', *arguments))})"
 
     def paths(self) -> list[str]:
-        """Where all that it takes stands."""
+        """Return the import paths of everything that the recipe uses."""
         return [self.function, *(path for argument in self.arguments for path in (
             argument.paths() if isinstance(argument, Made) else [argument]))]
 
@@ -102,7 +102,7 @@ def imported(path: str) -> Any:
 
 
 def definitions(stage: StageDescription) -> dict[str, Made]:
-    """How the definition of every FMU of a stage is made, by its name."""
+    """Return the recipe of the definition of every FMU of a stage, by its name."""
     suffix = stage.suffix
 
     def described(function: str, *arguments: str | Made) -> Made:
@@ -129,7 +129,7 @@ def definitions(stage: StageDescription) -> dict[str, Made]:
 
 
 def definitions_of(stages: Iterable[StageDescription]) -> dict[str, Made]:
-    """How the definition of every FMU of stages is made, by its name."""
+    """Return the recipe of the definition of every FMU of some stages, by its name."""
     return {name: made for stage in stages for name, made in definitions(stage).items()}
 
 

@@ -65,7 +65,7 @@ def current(stage: StageDescription, component: str, motor: str) -> str:
 
 
 def cited(source: str) -> str:
-    """Where an equation stands, as text continues with it; nothing if the stage's description does not say."""
+    """Return the source of an equation, as text continues with it; empty if the description does not give it."""
     text = page_text(source)
     return "" if text in ("", "assumed") else f" {text}" if text.startswith("(") else f" ({text})"
 

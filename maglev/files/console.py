@@ -28,7 +28,7 @@ class Escaped:
 
 
 class Escapes(RenderHook):
-    """Has a console print everything `Escaped`."""
+    """Make a console print everything `Escaped`."""
 
     def process_renderables(self, renderables: list[ConsoleRenderable]) -> list[ConsoleRenderable]:
         return [Escaped(printed) for printed in renderables]
@@ -123,7 +123,7 @@ class ResultColumn:
 
 
 def as_text(cell: str | Text) -> Text:
-    """A cell as it is printed, with escapes instead of control characters, whose width counts."""
+    """Return a cell as printed, with escapes instead of control characters, so that its width is right."""
     return Text(visible(cell)) if isinstance(cell, str) else Text(visible(cell.plain), cell.style, no_wrap=cell.no_wrap)
 
 

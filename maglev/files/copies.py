@@ -1,4 +1,4 @@
-"""Files as they were when a run was made ready: copies of them are run and described, which no edit reaches."""
+"""Copies of files from when a run was prepared: the run uses these, which no later edit reaches."""
 
 import os
 import shutil

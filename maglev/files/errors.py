@@ -81,7 +81,7 @@ class UnknownName(MaglevError, KeyError):
 
 
 class FmuError(MaglevError):
-    """An FMU that cannot be loaded, or that refused a call; the message has the FMU's own words."""
+    """An FMU that cannot be loaded, or that failed in a call; the message has the FMU's own words."""
 
 
 class MeasurementError(MaglevError):

@@ -28,7 +28,7 @@ def files_digest(root: Path, files: Iterable[Path]) -> str:
 
 @cache
 def edited() -> tuple[str, ...]:
-    """Files of the installed package that are not as they were installed; of a checkout nothing is known here.
+    """Return the files of the installed package that have changed since; nothing for a checkout.
 
     Nor are files that were added: nothing imports them.
     """

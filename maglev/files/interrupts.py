@@ -64,7 +64,7 @@ def termination_like_interrupt() -> Iterator[None]:
 
 @contextmanager
 def interrupts_blocked() -> Iterator[None]:
-    """Block SIGINT in a block: it waits, and a process that is started meanwhile never gets it, not even at first."""
+    """Delay SIGINT for the time of a block; a process that is started in it never gets the signal."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

@@ -29,7 +29,7 @@ NUMBER = re.compile(rf"[<>|][{NUMBERS}]\d{{1,2}}")   # type of an array of numbe
 
 
 def line_of(value: Any) -> bytes:
-    """Return a value as one line, with its end; TypeError if it has no such form."""
+    """Return a value as one line, with its end; TypeError if JSON has no form of it."""
     return json.dumps(as_json(value)).encode("ascii") + b"\n"
 
 

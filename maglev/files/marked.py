@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 def with_part(page: Path, name: str, part: str) -> str:
-    """Text of a page with a part between `<!-- NAME … -->` and `<!-- end of NAME -->`, where another one stood.
+    """Return a page with a new part between `<!-- NAME … -->` and `<!-- end of NAME -->`.
 
     ValueError if these marks do not stand in it once.
     """

@@ -1,4 +1,4 @@
-"""One writer at a time: a lock that the system holds, and that goes with the process, however that ends.
+"""One writer at a time: a lock that the system holds, and releases when the process ends, however it ends.
 
 The package filelock leaves its files where it has locked, which here are folders with a user's results.
 """

@@ -94,7 +94,7 @@ def output_of(arguments: Sequence[str | Path], folder: Path, environment: Mappin
 
 @contextmanager
 def programs_side_by_side(number: int) -> Iterator[ThreadPoolExecutor]:
-    """Threads, of which so many run programs at a time; where the block fails, these end and no others start."""
+    """Run programs in a limited number of threads; if the block fails, these end and no others start."""
     pool = ThreadPoolExecutor(number)
     try:
         yield pool

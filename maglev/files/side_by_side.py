@@ -63,7 +63,7 @@ def kept_processes() -> Iterator[Idle]:
 
 def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, str], T], watch: Watcher,
                  idle: Idle, take: Callable[[str, T], None] | None = None) -> dict[str, T]:
-    """Do the tasks, by name, in at most so many processes at a time; their results are in the order of the tasks.
+    """Do the tasks, by name, in a limited number of processes at a time; the results are in the order of the tasks.
 
     Each task handles its own errors; `died` returns, for its name and a message, the result of a task whose process
     ended without one. Idle processes from `kept_processes` are used before others are started, and returned there. With
@@ -145,7 +145,7 @@ def asked_to_end(running: Mapping[WorkerProcess, str], inbox: Inbox, results: di
 
 
 def watched(task: Task[T], send: Send) -> T:
-    """Do a task in another process, and send how far it is now and then; the result is more than the last of these."""
+    """Do a task in another process, and report its progress now and then; the result is more than the last report."""
     latest = -math.inf
 
     def progress(done: int, steps: int) -> None:

@@ -116,7 +116,7 @@ class Even(NamedTuple):
 
 
 def even(table: DataTable, times: Times, gaps: Gaps = "refuse") -> Even:
-    """Even times: as they are to 1 % of the sample time, resampled to 5 %; beyond, `gaps` decides.
+    """Return even times: unchanged up to 1 % of the sample time, resampled up to 5 %; beyond, `gaps` decides.
 
     "fill" resamples whatever is there by straight lines, "longest" takes the longest part without a gap, "refuse" names
     the first. A shorter last step is left out, as results of this project may have one. CsvError if times do not
@@ -160,7 +160,7 @@ def even(table: DataTable, times: Times, gaps: Gaps = "refuse") -> Even:
 
 
 def gap_words(time: Array, step: Array, uneven: NDArray[np.intp], dt: float) -> str:
-    """How many places are not even, and where the longest gap is."""
+    """Return the number of uneven places and the longest gap, in words."""
     k = int(uneven[np.argmax(step[uneven - 1])])
     places = f"{len(uneven)} place{'' if len(uneven) == 1 else 's'}"
     return f"{places} with uneven times, the longest step is {step[k - 1]:.6g} s after {time[k - 1]:.9g} s"

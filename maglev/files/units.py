@@ -71,7 +71,7 @@ class Unit(NamedTuple):
 
 @lru_cache(maxsize=512)
 def unit_of(unit: str) -> Unit:
-    """Return a unit; QuantityError, with the nearest one of the table, if there is none of that name."""
+    """Return a unit; QuantityError, with the nearest unit of the table, if there is no unit of this name."""
     spelled = spelling(unit)
     if spelled in UNITS:
         si, by = UNITS[spelled]
@@ -105,7 +105,7 @@ def written_out(name: str) -> str | None:
 
 
 def in_parentheses(si: str) -> str:
-    """An SI unit such that it can be divided by, too."""
+    """Return an SI unit in a form that can follow a division."""
     return f"({si})" if re.search(r"[./]", si) else si
 
 
@@ -147,7 +147,7 @@ def dimension_of(si: str) -> tuple[tuple[str, int], ...]:
 
 
 def own_number(value: object) -> Any:
-    """A number of NumPy's, or an array without dimensions, as Python has it; anything else as it is."""
+    """Return a NumPy number, or an array without dimensions, as a Python number; anything else unchanged."""
     return value.item() if getattr(value, "shape", None) == () else value   # type: ignore[attr-defined]
 
 

@@ -11,7 +11,7 @@ MOST_ELEMENTS = 255   # of an array: a byte in the FMU says how many it has
 
 
 def with_arrays(definition: FmuDefinition, name: str, arrays: Sequence[Array]) -> FmuDefinition:
-    """The same under another name, for co-simulation alone, with variables that are elements of arrays in FMI 3.0.
+    """Return the same definition under another name, for co-simulation only, with arrays of FMI 3.0.
 
     They come last, those of an array one after the other. ExportError if they differ in more than name and start value.
     """

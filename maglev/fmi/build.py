@@ -54,7 +54,7 @@ begin(globals())
 
 
 class Maker(NamedTuple):
-    """Who makes FMUs: version and licence text of the project, and the packages of which they can carry modules.
+    """The maker of FMUs: version and licence text of the project, and the packages whose modules they can carry.
 
     `pages` are further folders of packages, with pages of their documentation.
     """

@@ -227,7 +227,7 @@ class FmuDefinition:
 
 
 def with_inputs(definition: FmuDefinition, name: str, parameters: Sequence[str]) -> FmuDefinition:
-    """The same under another name, with tunable parameters as inputs, for masters that set nothing else between steps.
+    """Return the definition under another name, with tunable parameters as inputs, for masters that set only inputs.
 
     They may be 0, for some masters begin with that. All outputs of a step are taken to depend on them.
     """

@@ -31,7 +31,7 @@ def page_text(text: str) -> str:
 
 
 def csv_text(text: str) -> str:
-    """Text of a CSV cell that no spreadsheet takes for a formula; a number stays as it is."""
+    """Return the text of a CSV cell that no spreadsheet takes for a formula; a number does not change."""
     try:
         float(text)
     except ValueError:

@@ -68,7 +68,7 @@ def chunk(kind: bytes, content: bytes) -> bytes:
 
 
 def svg_icon(shapes: Iterable[Shape], attributes: str = 'class="icon" aria-hidden="true"') -> str:
-    """The same as SVG: for a page, an ornament next to the name, if not said otherwise."""
+    """Return the icon as SVG for a page, next to the name, where screen readers skip it by default."""
     paths = "".join(f'<path fill="{colour}" d="M{"L".join(f"{x:.3g} {y:.3g}" for x, y in corners)}Z"/>'
                     for colour, corners in shapes)
     return (f'<svg {attributes} viewBox="0 0 {UNITS} {UNITS}">'

@@ -176,7 +176,7 @@ def library_digests(libraries: Mapping[str, bytes]) -> bytes:
 
 
 def host_platform(fmi: int = 2) -> dict[str, Platform]:
-    """Platform of this machine, by the folder of its binary in a version of FMI."""
+    """Return the platform of this machine, named after the folder of its binary in a version of FMI."""
     system = platform.system()
     processor = "aarch64" if platform.machine().lower() in ("aarch64", "arm64") else "x86_64"
     folder = {"Linux": "linux64", "Windows": "win64", "Darwin": "darwin64"}.get(system)

@@ -104,7 +104,7 @@ class Reader:
         return found
 
     def empty(self, kind: str, *content: Any) -> Any:
-        """Return an object of which nothing is filled in yet."""
+        """Return an object without any attributes yet."""
         if kind in ("list", "set", "dict", "random"):
             return {"list": list, "set": set, "dict": dict, "random": Random}[kind]()
         if kind == "deque":

@@ -254,7 +254,7 @@ class BlockSlave(Fmi2Slave):
             self.stale = False
 
     def prepare_setter(self, vrs: tuple[int, ...], boolean: bool) -> list[tuple[Any, str | int, float, float]]:
-        """Where to write variables, and within which range."""
+        """Return where to write variables, and their ranges."""
         self.allow("fmi2SetBoolean" if boolean else "fmi2SetReal", INSTANTIATED, INITIALIZING, RUNNING)
         slots = []
         for vr in vrs:

@@ -118,7 +118,7 @@ def add_connection(links: Element, source: Sequence[str | None], target: Sequenc
 
 
 def add_units(root: Element, namespace: str, names: set[str]) -> None:
-    """Add the definitions of the units, if there are any: the file contains all that it refers to."""
+    """Add the definitions of the units, if any: the file contains everything that it refers to."""
     if not names:
         return
     units = SubElement(root, f"{{{namespace}}}Units")

@@ -1,4 +1,4 @@
-"""Where and why a user's class failed, in one line."""
+"""The place and reason of a failure in a user's class, in one line."""
 
 import traceback
 from pathlib import Path

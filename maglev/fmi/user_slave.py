@@ -41,7 +41,7 @@ class WrittenSlave(BlockSlave):
         return self.refused(f"{what}: {error_text(error, self.written)}")
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
-        """Booleans, those of other packages too; 0 and 1 are such."""
+        """Return True for Booleans, those of other packages too, and for 0 and 1."""
         values = super().get_boolean(vrs)
         for vr, value in zip(vrs, values, strict=True):
             if getattr(value, "shape", ()) != () or value not in (False, True):

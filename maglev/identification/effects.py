@@ -26,7 +26,7 @@ Again = Callable[[Sequence[RowData]], Mapping[str, float]]   # constants of an e
 
 @dataclass(frozen=True)
 class Effect:
-    """One effect of the size that the description has, along the recorded motion."""
+    """One effect, with the size in the description, along the recorded motion."""
 
     name: str
     rows: list[RowData]   # of a model that has it

@@ -147,7 +147,7 @@ class Expressions:
         return local
 
     def mark_changed(self, node: ast.AST, place: Expr) -> None:
-        """Note through which parameter or list something is written; refuse that of a constant."""
+        """Note the parameter or list through which a value is written; a constant cannot be written."""
         waiting, seen = [place], set[str]()
         while waiting:
             each = waiting.pop()
@@ -175,7 +175,7 @@ class Expressions:
         return None
 
     def literal(self, node: ast.AST, value: Any, name: str = "") -> Expr:
-        """A number or a Boolean as it is; a list of a module's."""
+        """Return a number or a Boolean unchanged, or the list of a module."""
         kind = scalar_type(value)
         if kind == INT and not -LARGEST <= value < LARGEST:
             raise self.refusal(node, f"{value}: expected a whole number below 2^63")

@@ -46,7 +46,7 @@ class Value(NamedTuple):
 
 
 class Place(NamedTuple):
-    """C of a place, and whether it is another one in each lane: it is that of `_lane` then."""
+    """The C of a place, and whether each lane has its own, which is then that of `_lane`."""
 
     text: str
     apart: bool
@@ -423,7 +423,7 @@ class LaneExpressions:
     # Calls
 
     def call(self, call: Call, mask: str | None) -> list[Value]:
-        """Perform a call; its results, of which a single one is an expression where lanes need not be told apart."""
+        """Perform a call; return its results, a single one as an expression if lanes need no distinction."""
         scalars = {k: self.expression(each, mask) for k, each in enumerate(call.arguments)
                    if isinstance(each.type, Scalar)}
         varying = [scalars[k].varies if k in scalars else of_numbers(each.type) and self.varies_in(each)

@@ -22,7 +22,7 @@ Attribute = tuple[str, str]   # name of a struct, and of a member of it
 
 
 class LanesText:
-    """The C of methods in lanes, of so many at once; `varying` are attributes in which lanes differ when they begin.
+    """The C of methods for several lanes at once; `varying` are attributes that differ between lanes at the beginning.
 
     Names begin with `prefix`. Names of structs are those of the layout behind it.
     """
@@ -58,7 +58,7 @@ class LanesText:
         return clone
 
     def lists_needed(self, function: Function, varying: Sequence[bool]) -> list[bool]:
-        """Which lists a function makes differ, as far as that is known."""
+        """Return which lists a function makes differ between lanes, as far as that is known."""
         return [any(clone.needed[k] for (own, *_), clone in self.clones.items() if own is function)
                 for k, _ in enumerate(varying)]
 

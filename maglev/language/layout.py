@@ -111,4 +111,4 @@ class Layout:
 
 
 class Unlike(Untranslatable):
-    """A list of unlike things, which is refused where a method reads it."""
+    """A list of different things, which raises an error where a method reads it."""

@@ -1,4 +1,4 @@
-"""Which local names of a function are read after a statement before they get another value."""
+"""The local names of a function that are read after a statement before they get another value."""
 
 from collections.abc import Iterator
 

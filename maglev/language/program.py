@@ -23,7 +23,7 @@ class Scalar:
 
 @dataclass(frozen=True)
 class Struct:
-    """Type of an object: the name of a class, with a number where instances of the class have unlike attributes."""
+    """Type of an object: the name of a class, with a number if its instances have different attributes."""
 
     name: str
 

@@ -73,7 +73,7 @@ class Reader:
         raise NotImplementedError
 
     def function(self, source: Callable[..., Any], types: Sequence[Type], owner: Struct | None) -> Function:
-        """The program of a function for arguments of some types, of which `owner` is the first of a method."""
+        """Return the program of a function for the types of its arguments; the first one of a method is `owner`."""
         key = (source, tuple(types))
         if key in self.functions:
             function = self.functions[key]

@@ -62,6 +62,6 @@ def imported_modules(module: str, text: str) -> tuple[str, ...]:
 
 
 def renamed(text: str, packages: tuple[str, ...], prefix: str) -> str:
-    """Text whose imports from the given packages go to those packages inside another one."""
+    """Return the text with imports of the given packages redirected to copies inside another package."""
     names = "|".join(re.escape(name) for name in sorted(packages, key=len, reverse=True))
     return re.sub(rf"(^\s*|; )(from|import) ({names})\b", rf"\1\2 {prefix}.\3", text, flags=re.MULTILINE)

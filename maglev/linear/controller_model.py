@@ -60,7 +60,7 @@ def places_of(stage: StageDescription, names: Iterable[str]) -> list[str]:
 
 
 def commanded(name: str, description: StageDescription, block: Any, stage: Any, at: Equilibrium) -> Equilibrium:
-    """Equilibrium of a stage at rest without tilt whose motors are unlike each other, to which a controller comes.
+    """Return the equilibrium that a controller reaches on a level stage at rest whose motors differ.
 
     Where that is in between them follows from its law: its integrals move until no axis accelerates.
     """

@@ -1,4 +1,4 @@
-"""Where a stage rests: the currents that hold it at a gap, and whether its amplifiers can."""
+"""Equilibria of a stage: the currents that hold it at a gap, and whether its amplifiers can."""
 
 from collections.abc import Mapping
 from math import hypot, sqrt

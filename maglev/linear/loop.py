@@ -150,7 +150,7 @@ class Loop:
                            closed.sample_time, closed.equilibrium)
 
     def measurement(self, name: str) -> tuple[Array, Array]:
-        """How a measurement reads in the signals, and how they change with it; shapes (1, signals) and (signals, 1)."""
+        """Return a measurement in terms of the signals, and its effect on them; shapes (1, signals), (signals, 1)."""
         signals = tuple(self.signals)
         if name in signals:
             one = np.eye(len(signals))[:, signals.index(name):signals.index(name) + 1]
@@ -183,7 +183,7 @@ def opening_among(at: str, openings: Sequence[str], loop: str) -> str:
 
 
 def openings_of(stage: StageDescription, currents: Currents) -> tuple[str, ...]:
-    """Where a loop of a stage can be opened whose commands are such currents, as `Loop.openings` has them."""
+    """Return where a loop of a stage with such currents as commands can be opened, as in `Loop.openings`."""
     phases = ("i_d", "i_q") if currents == "dq" else ("i_a", "i_b", "i_c")
     return (*(f"{axis}.measured" for axis in stage.axis_names),
             *(f"{motor}.gap_measured" for motor in stage.motor_names if stage.rotations),

@@ -20,7 +20,7 @@ AT_REST = 1e-6         # distance from z = 1 within which a pole is taken for an
 
 @dataclass(frozen=True)
 class Margins:
-    """How far a stable loop L, opened at one signal, is from instability.
+    """Distance of a stable loop L, opened at one signal, from instability.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Margins:
 
     @property
     def disk_gain(self) -> tuple[float, float]:
-        """Factors of gain between which the disk margin keeps the loop stable, whatever the phase does meanwhile."""
+        """Return the factors of gain between which the disk margin keeps the loop stable, at any phase within it."""
         up = (2.0 + self.disk) / (2.0 - self.disk) if self.disk < 2.0 else inf
         return 1.0 / up, up
 

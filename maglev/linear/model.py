@@ -137,7 +137,8 @@ class LinearModel:
         return replace(self, A=step[:n, :n], B=step[:n, n:], sample_time=sample_time)
 
     def select(self, inputs: Sequence[str], outputs: Sequence[str]) -> "LinearModel":
-        """The model with only these inputs and outputs, in this order; LinearModelError if it has no such one."""
+        """Return the model with these inputs and outputs only, in this order; LinearModelError for one that it lacks.
+        """
         columns = [self.index("input", name) for name in inputs]
         rows = [self.index("output", name) for name in outputs]
         return replace(self, inputs=tuple(inputs), outputs=tuple(outputs), B=self.B[:, columns], C=self.C[rows],

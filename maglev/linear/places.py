@@ -1,4 +1,4 @@
-"""Where the motors of a stage are: how positions make gaps and displacements, and how their forces move the axes."""
+"""Positions of the motors of a stage: from positions of axes to gaps and displacements, and from forces to axes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

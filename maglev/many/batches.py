@@ -67,7 +67,7 @@ def runners(scheduler: str | None, jobs: int) -> Iterator[RunBatches]:
 
 
 def run_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
-    """Run batches in so many threads or processes, and store each when it is done; `values` of the targets are by
+    """Run batches in several threads or processes, and store each when it is done; `values` of the targets are by
     sample.
 
     MaglevError if a batch cannot be run at all; KeyboardInterrupt after Ctrl-C or SIGTERM, with all finished batches
@@ -116,7 +116,7 @@ def has_loop(job: Job, batches: list[Batch], values: Array) -> bool:
 
 
 def run_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
-    """Run batches in so many threads, each with FMUs of its own, and store each here as it is done."""
+    """Run batches in several threads, each with its own FMUs, and store each here as it is done."""
     ended = c_int64()
     with ThreadPoolExecutor(jobs) as pool:
         waiting = {pool.submit(run_batch, job, batch.first, values[batch.first:batch.last], ended) for batch in batches}

@@ -188,7 +188,7 @@ class CompiledStage:
         return bool(self.stop.values[0])
 
     def said(self) -> str:
-        """Return the message of an FMU that refused a sample."""
+        """Return the message of the FMU that failed in a sample."""
         return " ".join(filter(None, (fmu.said() for fmu in self.parts.values())))
 
     def close(self) -> None:

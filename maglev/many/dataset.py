@@ -79,7 +79,7 @@ def json_of(metadata: Mapping[bytes, bytes] | None) -> list[list[str]]:
 
 
 def row_groups(contents: Iterator[bytes]) -> Iterator[pa.Table]:
-    """Tables of so many rows that a group of rows is full, but the last one."""
+    """Yield tables with the rows of a full group each, except the last one."""
     waiting: list[pa.Table] = []
     for content in contents:
         waiting.append(pq.read_table(pa.BufferReader(content)))
@@ -137,7 +137,8 @@ def metadata(about: Mapping[str, Any]) -> dict[bytes, bytes]:
 
 
 def trajectories_table(planned: PlannedStudy, result: BatchResult, schema: pa.Schema) -> pa.Table:
-    """Trajectories of a batch, a row for each sample and time; none of a sample that was not completed."""
+    """Return the trajectories of a batch, a row for each sample and time; no rows of a sample that was not completed.
+    """
     if result.trajectories is None:
         return schema.empty_table()
     whole, times = [i for i, failure in enumerate(result.failures) if failure is None], planned.times
@@ -160,7 +161,7 @@ def metadata_of(path: Path) -> dict[str, Any]:
 
 
 def read_dataset(path: Path) -> pa.Table:
-    """Table of a file that a study left; MaglevError if it cannot be read, or is not as it was written."""
+    """Return the table of a study's file; MaglevError if it cannot be read, or has changed since."""
     try:
         return pa.Table.from_batches(batches_as_written(path), pq.read_schema(regular(path)))
     except (OSError, ValueError, pa.ArrowException) as error:
@@ -169,7 +170,7 @@ def read_dataset(path: Path) -> pa.Table:
 
 
 def batches_as_written(path: Path) -> Iterator[pa.RecordBatch]:
-    """Rows of a file that a study left; after the last of them, ValueError if one is not as it was written."""
+    """Yield rows of a study's file; at the end ValueError if one has changed since it was written."""
     with pq.ParquetFile(regular(path), page_checksum_verification=True) as file:
         rows = Contents(file.schema_arrow)
         for batch in file.iter_batches():

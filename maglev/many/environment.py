@@ -257,7 +257,7 @@ class StageEnv(gymnasium.Env[Array, Array]):
         self.np_random.bit_generator.state = state.random
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """Picture of the stage as it is now."""
+        """Return a picture of the present stage."""
         if self.render_mode is None:
             return None
         if self.picture is None:

@@ -238,7 +238,8 @@ class References:
             self.wave = sines_cosines(OMEGA0 * times)[0]
 
     def draw(self, random: np.random.Generator, start: Array) -> tuple[Array, Array]:
-        """Of an episode that starts at places (m): its points, shape (points, axes), and amplitudes, shape (axes,)."""
+        """Return points, shape (points, axes), and amplitudes, shape (axes,), of an episode that starts at places (m).
+        """
         points, amplitudes = start[None, :].copy(), np.zeros(len(self.low))
         if self.kind == "table":
             points = self.given

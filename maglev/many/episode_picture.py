@@ -53,7 +53,8 @@ class StagePicture:
         return axes
 
     def drawn(self, positions: Array, references: Array, time: float) -> npt.NDArray[np.uint8]:
-        """Picture of the stage where it is and is wanted (m, rad, of each axis) at a time (s), shape (240, 480, 3)."""
+        """Return a picture of the stage and its references (m, rad, of each axis) at a time (s), shape (240, 480, 3).
+        """
         for line, places in zip(self.lines, (positions, references), strict=True):
             slope = sum(places[i] for i in self.tilts)
             x, y = places[self.ways[0]], places[self.gap]

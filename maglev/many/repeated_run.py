@@ -1,4 +1,4 @@
-"""One scenario run again and again in one process: loaded and wired once, reset between, arrays used again."""
+"""Repeated runs of one scenario in one process: it is loaded and wired once, reset between runs, and reuses arrays."""
 
 from collections.abc import Collection, Mapping, Sequence
 from ctypes import c_int64
@@ -111,7 +111,7 @@ class RepeatedRun:
         self.loop = wide or self.one_by_one
 
     def given(self) -> dict[str, Array]:
-        """Return the signals of the master as they are now, by name, shape (points,)."""
+        """Return the present signals of the master by name, shape (points,)."""
         assert self.master is not None and self.master.wiring is not None
         return {name: row for track in self.master.wiring.tracks if track.signals is not None
                 for name, row in zip(track.names, track.signals, strict=True)}

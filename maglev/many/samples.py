@@ -31,7 +31,7 @@ ATTEMPTS = 2            # of a sample whose process dies: the first time it may 
 
 
 def code_of_package() -> str:
-    """Version of this package and SHA-256 of its modules: two of one version may differ before a release."""
+    """Return the version of this package and the SHA-256 of its modules, which differs between unreleased states."""
     return f"{version('maglev-fmus')} ({code()[:12]})"
 
 
@@ -230,7 +230,7 @@ def run_samples_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]
 
 
 def sample_of(job: Job, said: Said, most: int) -> Sample:
-    """Return the sample that another process reports, one of at most so many; raise Forged for anything else."""
+    """Return the sample that another process reports, if its number is in range; raise Forged for anything else."""
     sample: Sample = checked(said, Sample)
     rows = len(job.experiment.times[::job.every])
     kept = None if sample.trajectories is None else (sample.trajectories.dtype.kind, sample.trajectories.shape)

@@ -97,7 +97,7 @@ class Varied(Table):
 
 
 class Design(Table):
-    """Which samples are run: every combination of grids and lists, or points of scipy.stats.qmc in the unit cube.
+    """Samples to run: every combination of grids and lists, or points of scipy.stats.qmc in the unit cube.
 
     Of "rows", sample k takes the k-th value of each list or grid. Of "saltelli", which Sobol indices need, `samples` is
     the base: it has that many times (number that vary + 2).

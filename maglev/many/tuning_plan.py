@@ -38,7 +38,7 @@ class Cost:
     over: str                           # "worst" or "mean" of the plants
 
     def excess(self, metrics: Array, before: Array) -> Array:
-        """How far runs are beyond the limits, 0 if within all, shape (candidates, plants).
+        """Return how far runs are beyond the limits, 0 if within all, shape (candidates, plants).
 
         `metrics` has the shape (candidates, plants, columns), NaN where a sample was not completed; `before`,
         those with the scenario's own values, (plants, columns).
@@ -104,7 +104,7 @@ class Unknowns:
         return [(float(one.low.value), float(one.high.value)) for one in ranges]
 
     def parameters(self, numbers: Array) -> Array:
-        """Values of the parameters for numbers, shape (number of bounds,), rounded as they are written."""
+        """Return the parameters for numbers of a search, shape (number of bounds,), rounded as they are written."""
         waiting, values = iter(numbers.tolist()), list[float]()
         for poles in self.tuning.poles:
             values += placed_gains(islice(waiting, 5), self.omega0[poles.of[0].partition(".")[0]]) * len(poles.of)

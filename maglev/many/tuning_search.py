@@ -177,7 +177,7 @@ def row(name: str, before: Array, after: Array, unit: str) -> list[str]:
 
 
 def median(values: Array) -> float:
-    """Median, of which half of the plants are below; infinite if as many have no end."""
+    """Return the median over the plants; infinite if half of them never end."""
     return float(np.quantile(np.where(np.isnan(values), np.inf, values), 0.5, method="higher"))
 
 

@@ -282,7 +282,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
             velocity[:] = np.where(chosen, velocity + shares.share2 * (change / one.sample_time - velocity), velocity)
 
     def why(self, action: Array) -> str:
-        """Return the message of an FMU about a refused action."""
+        """Return the message of an FMU that failed on an action."""
         stage = self.one.compiled
         stage.start({}, self.one.peak, {})
         stage.commands[:] = action

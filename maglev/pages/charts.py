@@ -58,7 +58,7 @@ def chart_data(shown: ShownChart) -> dict[str, Any]:
 
 
 def curve_data(curve: Curve) -> dict[str, Any]:
-    """One curve; a long line with as many points as can be told apart. `margin` is there where the curve has one."""
+    """Return one curve; a long line is thinned to distinguishable points. `margin` is there if the curve has one."""
     x, y = np.asarray(curve.x, dtype=np.float64), np.asarray(curve.y, dtype=np.float64)
     rows: NDArray[np.intp] | slice = slice(None)
     # Only of a line along ascending abscissae can points be left out.

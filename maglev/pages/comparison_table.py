@@ -49,13 +49,13 @@ class Row:
 
     @property
     def lead(self) -> float:
-        """How many times the best value the next one of a run that completed is; 1 where none is the best."""
+        """Return the ratio of the next completed run's value to the best value; 1 if no value is the best."""
         others = [value for value in self.held.values() if value > DIFFERENCE * self.least]
         return 1.0 if not others else min(others) / self.least if self.least else inf
 
     @property
     def ahead(self) -> str:
-        """The same in words, behind "the next is"; a dash where none is the best."""
+        """Return the same in words, to follow "the next is"; a dash if no value is the best."""
         return times_larger(self.lead).removesuffix(" as large")
 
     def text(self, label: str) -> str:
@@ -90,7 +90,7 @@ def summary(rows: Sequence[Row]) -> list[Row]:
 
 
 def times_larger(times: float) -> str:
-    """How much larger one value is than another; a dash where it is not, or cannot be said."""
+    """Return how much larger one value is than another; a dash if it is not, or the ratio is undefined."""
     return ("–" if times in (1.0, inf) else f"{100.0 * (times - 1.0):.2g} % larger" if times < 2.0 else
             f"{times:.2g} times as large" if times < 100.0 else
             f"{times:.0f} times as large" if times < 1000.0 else "over 1000 times as large")
@@ -143,7 +143,7 @@ def in_rows(rows: Sequence[Row]) -> str:
 
 
 def leading(label: str, labels: Sequence[str], won: Sequence[Row]) -> str:
-    """Where a run leads most over the next one, in parentheses, of the rows in which it is the best."""
+    """Return where a run leads most over the next one, in parentheses, among the rows in which it is the best."""
     if not won:
         return ""
     # A metric that is 0 in one run has no lead in proportion; a metric that never ends in another has the largest.

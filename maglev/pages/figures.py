@@ -37,7 +37,7 @@ class Panel(NamedTuple):
 
 
 class Figure(Table):
-    """A figure as the file describes it, or one of a run of which the file knows nothing."""
+    """A figure of the file, or a figure of a run that the file does not mention."""
 
     number: str | None = None                      # in the thesis
     variant: str | None = None                     # what sets it apart from another figure of the same number
@@ -95,7 +95,7 @@ def read_figures() -> list[Figure]:
 
 
 def shown_figures(figures: Iterable[Figure], results: Sequence[RunResult]) -> list[Shown]:
-    """Figures with at least one run that was recorded; then one of every other such run with all its panels.
+    """Return figures with at least one recorded run; then one for every other recorded run, with all its panels.
 
     Runs of a procedure, many and short, get none of their own: the procedure has its charts.
     """
@@ -179,7 +179,7 @@ def stage_name(name: str, plan: RunPlan | None = None) -> str:
 
 
 def moving_runs(results: Iterable[RunResult]) -> list[RunResult]:
-    """Runs that a page shows moving: the main ones or, if it has none of them, the first that was recorded."""
+    """Return the runs that a page animates: the main ones or, without any of them, the first recorded one."""
     recorded = {run.plan.name: run for run in results if len(run.time) > 1}
     return [recorded[name] for name in MOVING if name in recorded] or [*recorded.values()][:1]
 

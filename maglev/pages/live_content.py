@@ -102,7 +102,7 @@ def live_address(run: str, settings: Mapping[str, float | bool] | None = None) -
 
 
 def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
-    """Everything but the modules, for JSON; FmuError if a run cannot run in a page, or a module is unfit."""
+    """Return everything except the modules, for JSON; FmuError if a run cannot run in a page, or a module is unfit."""
     data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "colours": LAW_COLOURS, "stages": {}}
     stages: list[StageDescription] = []
     for plan in plans:
@@ -118,7 +118,7 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
 
 
 def module_data(fmus: Path, name: str, again: str) -> dict[str, Any]:
-    """Return the page's data of a module in a folder, which must be of the FMU as it is now."""
+    """Return the page's data of a module in a folder, which must be of the present FMU."""
     path = fmus / f"{name}.xml"
     for file in (path.with_suffix(".wasm"), path):
         if not file.is_file():

@@ -24,12 +24,12 @@ TOOL = "python -m studies.operating_range"
 
 
 def nominal(grid: Grid, law: str) -> Outcomes:
-    """Outcomes with the constants as they are, shape (steps, initial gaps, target gaps)."""
+    """Return the outcomes with the nominal constants, shape (steps, initial gaps, target gaps)."""
     return np.asarray(grid.laws[law][:, np.argmin(np.abs(grid.varied["constants"] - 1.0))])
 
 
 def always_settles(grid: Grid, law: str) -> Bools:
-    """Where a law settles with all constants, of the same shape."""
+    """Return where a law settles with all constants, of the same shape."""
     return np.asarray((grid.laws[law] == SETTLED).all(axis=1))
 
 

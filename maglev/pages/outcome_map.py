@@ -43,7 +43,7 @@ def grid_of(table: pa.Table, about: Mapping[str, Any]) -> list[Factor]:
 
 
 def map_of(table: pa.Table, about: Mapping[str, Any]) -> LawMap | None:
-    """Map of a study: of a grid whose cells are too many to have numbers, and of which not all have one outcome."""
+    """Return the map of a study: a large grid of samples with different outcomes."""
     if about["design"]["kind"] != "grid" or len(about["vary"]) < 2:
         return None
     grid = grid_of(table, about)

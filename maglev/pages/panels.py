@@ -22,7 +22,7 @@ class PanelKind(NamedTuple):
 
     @property
     def scale(self) -> float:
-        """How many of the unit in which it is drawn are one SI unit."""
+        """Return the number of drawn units in one SI unit."""
         return 1.0 / unit_of(self.printed_unit() or "1").factor
 
     @property

@@ -113,7 +113,7 @@ def mapped_stages(results: Sequence[RunResult]) -> set[str]:
 
 
 def page_origin(results: Sequence[RunResult]) -> str:
-    """How many of the package's runs the report has, if any, and with what, when and where all were run."""
+    """Return how many of the package's runs the report has, if any, and with what, when and where all were run."""
     here = sum(not result.plan.own and scenario_of(result.plan.name) is not None for result in results)
     made = dict.fromkeys((provenance.version, provenance.commit, provenance.python)
                           for provenance in (result.provenance for result in results) if provenance is not None)
@@ -186,7 +186,7 @@ def run_about(run: RunResult, judgements: Judgements, folder: Path | None, told:
 
 
 def live_link(run: RunResult) -> str:
-    """Link that opens a run in the live page; empty for one that it cannot run as it was run here."""
+    """Return a link that opens a run in the live page; empty if the page cannot run it in the same way."""
     if run.modified or not can_run_live(run.plan):
         return ""
     name = run.plan.name

@@ -48,7 +48,7 @@ def command_of(about: Mapping[str, Any], row: Mapping[str, Any] | None) -> str:
 
 
 def why_no_replay(about: Mapping[str, Any]) -> str:
-    """Why the live page cannot run the samples of a study as they were run; empty if it can."""
+    """Return why the live page cannot run the samples of a study in the same way; empty if it can."""
     name, run = about["scenario"], dataset_run(about)
     if run["scenario"] != name or scenario_of(name) is None:
         return f"it has the packaged runs only, not {name}"

@@ -77,8 +77,7 @@ def encode(integers: NDArray[np.int64]) -> bytes:
 
 def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
          tolerances: Mapping[str, float], most: int) -> dict[str, Any]:
-    """Return the signals of a run for the page that have a tolerance and were recorded, with at most so many rows of
-    each.
+    """Return the recorded signals of a run with a tolerance, for the page, with at most so many rows of each.
 
     Columns, SI, and ascending times (s) have shape (n,); values that are not finite are left out. The result has
     "time", the quantum of the times, s, by the output interval (s). "signals" has by name the number of rows, the

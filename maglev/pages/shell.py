@@ -118,7 +118,7 @@ def day_of(path: Path) -> str:
 
 
 def has_own_index(folder: Path) -> bool:
-    """Whether the index of a folder is ours, or can be: there is none."""
+    """Return True if the index of a folder is of this project, or can be: there is none."""
     path = folder / INDEX
     if not path.is_file():
         return not path.exists()

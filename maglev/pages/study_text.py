@@ -13,7 +13,7 @@ QUANTILES = ("metric", "least", "median", "largest")
 
 
 def passing_text(passing: int, count: int) -> str:
-    """How many samples pass."""
+    """Return how many samples pass, in words."""
     return f"{passing:,} of {counted(count)} pass{'es' if count == 1 else ''}"
 
 
@@ -47,7 +47,7 @@ def numbers(table: pa.Table, name: str) -> Array:
 
 
 def beyond_limits(values: Array, about: Mapping[str, Any], name: str) -> Bools:
-    """Which values of a metric are beyond its limits; one that was not measured, NaN, is not."""
+    """Return which values of a metric are beyond its limits; a value that was not measured, NaN, is not."""
     limits = about["limits"].get(name, {})
     low, high = limits.get("min"), limits.get("max")
     return (values < (-np.inf if low is None else low)) | (values > (np.inf if high is None else high))

@@ -31,7 +31,7 @@ def failing(table: pa.Table, about: Mapping[str, Any]) -> list[tuple[str, str, B
 
 
 def reason(about: Mapping[str, Any], name: str, unit: str) -> str:
-    """Why a sample fails by a metric with limits: "overshoot of v above its limit 0.25"."""
+    """Return why a sample fails by a metric with limits: "overshoot of v above its limit 0.25"."""
     low, high = (None if value is None else metric_text(name, value, unit)
                  for value in (about["limits"][name].get(key) for key in ("min", "max")))
     if low and high:
@@ -46,7 +46,7 @@ def decisive_metric(table: pa.Table, about: Mapping[str, Any]) -> str:
 
 
 def nearest_to_limit(table: pa.Table, about: Mapping[str, Any]) -> tuple[float, str]:
-    """Largest share of an upper limit that a metric comes to, and the metric; 0 and empty without such limits."""
+    """Return the largest ratio of a metric to its upper limit, and the metric; 0 and empty without such limits."""
     shares = [(max((value for value in table[name].to_pylist() if value is not None), default=0.0) / limits["max"],
                name) for name, limits in about["limits"].items() if (limits.get("max") or 0.0) > 0.0]
     return max(shares, default=(0.0, ""))

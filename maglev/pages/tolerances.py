@@ -67,7 +67,7 @@ column of a map are without the one or the other."""
 
 
 def maps_of(of_stage: StageGrids) -> list[list[LawMap]]:
-    """Of each question and law, a layer for each step of the gap."""
+    """Return a layer for each step of the gap, for each question and law."""
     maps = []
     for question in QUESTIONS:
         grid, asked = of_stage.grids[question.name], f"{question.down.name.capitalize()} and {question.along.name}"

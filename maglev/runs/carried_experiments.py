@@ -1,4 +1,4 @@
-"""Which experiments an FMU carries: by the layered standard FMI-LS-REF, or in files next to it.
+"""The experiments that an FMU carries: by the layered standard FMI-LS-REF, or in files next to it.
 
 The drafts FMI-LS-REF 1.0.0-beta.1 and MA-HS-Experiments are read as they stand, also in the form with the times in the
 element `Experiment` itself. A result that no experiment refers to is that of the default experiment.

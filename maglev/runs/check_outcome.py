@@ -53,7 +53,7 @@ class UpdateResult:
 
 
 def describe(result: CheckResult | UpdateResult) -> str:
-    """One line about a result, the name of the plan first."""
+    """Return one line about a result, the name of the plan first."""
     return f"{result.name}: {'error: ' if result.status == 'error' else ''}{result.message}"
 
 

@@ -1,4 +1,4 @@
-"""Where a run leaves its baseline first, and how far the two are apart at most."""
+"""The first deviation of a run from its baseline, and the largest one."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

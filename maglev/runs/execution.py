@@ -61,7 +61,7 @@ class RunResult:
 
     @property
     def ending(self) -> str:
-        """How the run ended: the outcome with its reason, when it was and on which axis."""
+        """Return how the run ended: the outcome with its cause, time and axis."""
         if self.failure is not None or self.metrics is None:
             return ABORTED + (f": {self.failure}" if self.failure else "")
         return ending(self.plan, self.metrics)
@@ -73,7 +73,7 @@ class RunResult:
 
     @property
     def columns(self) -> Mapping[str, NDArray[Any]]:
-        """By name, `fmu.variable`, SI, shape (n,); Booleans as 0 and 1."""
+        """Return the columns by name, `fmu.variable`, SI, shape (n,); Booleans as 0 and 1."""
         return self.recording.columns
 
     @property

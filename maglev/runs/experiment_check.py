@@ -90,7 +90,7 @@ def run_fmu(path: Path, times: Times, parameters: Mapping[str, str], inputs: npt
 
 def run_where_it_belongs(path: Path, times: Times, parameters: Mapping[str, str], inputs: npt.NDArray[Any] | None,
                          outputs: list[str], progress: Progress, timeout: float) -> FmuRun:
-    """Run an FMU in this process if it is one of this project, otherwise in another one, which is not trusted."""
+    """Run an FMU of this project in this process, any other FMU in another process, because it is not trusted."""
     task = functools.partial(run_fmu, path, times, parameters, inputs, outputs)
     if not is_foreign(path):
         return task(progress)
@@ -243,7 +243,7 @@ def expected_results(file: File, variables: Mapping[str, ScalarVariable],
 
 
 def missing_times(given: Array, asked: Times) -> list[str]:
-    """Which parts of a run results leave out, in words: where one of their rows more would have fitted."""
+    """Return which parts of a run the results omit, in words: where one more row would have fitted."""
     most = float(np.diff(given).max(initial=0.0)) * (1.0 - ON_GRID)
     return [f"t = {begin:.9g} s to {end:.9g} s" for begin, end in ((asked.start, given[0]), (given[-1], asked.stop))
             if end - begin > ON_GRID * asked.step and end - begin >= most]

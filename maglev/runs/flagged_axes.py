@@ -1,4 +1,4 @@
-"""Which axis of a run touched a stop or made the controller trip."""
+"""The axis of a run that touched a stop or made the controller trip."""
 
 from collections.abc import Sequence
 from math import inf

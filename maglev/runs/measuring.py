@@ -218,7 +218,7 @@ class Meter:
                                   *window_end(time, end, self.own_steps, self.cuts))
 
     def lost(self, state: State) -> dict[float, Bools]:
-        """By times (s) of steps, whether a flag was set in its window or the error at the end was too large.
+        """Return, by times (s) of steps, whether a flag was set in its window or the error at the end was too large.
 
         A fall counts once: a step that finds the stage lost already, by a flag or by its error, is no failure of its
         own.

@@ -117,7 +117,7 @@ class ManyMetrics:
 
     @property
     def lost_setpoints(self) -> Array:
-        """How many steps to setpoints failed, by run."""
+        """Return how many steps to setpoints failed, by run."""
         return np.asarray(sum(self.lost.values(), np.zeros(len(self.failed))))
 
 

@@ -37,7 +37,7 @@ def files_given(given: ParameterFiles) -> list[tuple[str, Path]]:
 
 
 def parameter_values(given: ParameterFiles, known: Sequence[str]) -> dict[str, StartValue]:
-    """Return start values of files, of which later ones go before; see `read_parameters`."""
+    """Return start values of files, of which later ones override earlier ones; see `read_parameters`."""
     return {full: value for fmu, path in files_given(given)
             for full, value in read_parameters(path, fmu, known).items()}
 
@@ -144,7 +144,7 @@ def of_type(variable: ScalarVariable | None, value: StartValue, place: str) -> S
 
 
 def unit_in_file(name: str, element: Element | None, place: str) -> tuple[Unit | None, float]:
-    """A unit as the file declares it, or as it is known here where that is the same; and its offset in SI."""
+    """Return a unit as the file declares it, or as the table has it if both are equal; and its offset in SI."""
     known = known_unit(name)
     base = None if element is None else element.find(f"{{{SSC}}}BaseUnit")
     if base is None:

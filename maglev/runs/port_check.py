@@ -29,7 +29,7 @@ class PortCheck:
         return ScenarioError(f"{self.plan.path}: {key} = {shortened(value)}: {expectation}")
 
     def variable(self, key: str, port: str, *causalities: str) -> Described:
-        """Return the variable of "fmu.variable"; refuse it if it does not exist or has another causality."""
+        """Return the variable of "fmu.variable"; raise an error if it does not exist or has another causality."""
         fmu, _, name = port.partition(".")
         if fmu not in self.plan.fmus:
             raise self.refuse(key, port, f"there is no FMU {fmu!r}; {nearest(fmu, self.plan.fmus)}")
@@ -48,14 +48,14 @@ class PortCheck:
         return variable
 
     def settable(self, key: str, value: object, fmu: str, name: str) -> Described:
-        """Return a parameter, an input, or another variable whose start value an FMU takes as it is (exact)."""
+        """Return a parameter, an input, or another variable that takes an exact start value."""
         variable = self.descriptions[fmu].get(name)
         if variable is not None and variable.initial == "exact" and variable.variability != "constant":
             return variable
         return self.variable_of(key, value, fmu, name, "parameter", "input")
 
     def feed(self, key: str, port: str, *causalities: str) -> Described:
-        """Return the input, or a variable of another causality; refuse it if it is fed already."""
+        """Return the input, or a variable of another causality; raise an error if it is connected already."""
         variable = self.variable(key, port, "input", *causalities)
         if port in self.fed:
             raise self.refuse(key, port, f"the input is fed by {self.fed[port]} already, expected one source")

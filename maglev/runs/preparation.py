@@ -190,7 +190,7 @@ class Experiment:
 
     @property
     def connections(self) -> list[tuple[str, str]]:
-        """From outputs to inputs, as a `Master` takes them."""
+        """Return the connections from outputs to inputs, as a `Master` takes them."""
         return list(self.plan.wires.values())
 
     def run(self, progress: Progress | None = None, complete: Complete = lambda _: None) -> Recording:
@@ -332,7 +332,7 @@ def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> I
 
 
 def with_unit(value: float | str, unit: str, written: object = None) -> str:
-    """A start value, as it is written, with its unit if it is a number."""
+    """Return a start value as written, with its unit if it is a number."""
     text = str(value if written is None else written)
     return f"{text} {typeset_unit(unit)}".rstrip() if type(value) in (int, float) else text
 
@@ -349,12 +349,12 @@ def runs_apart(file: Path) -> bool:
 
 
 def is_foreign(file: Path) -> bool:
-    """Return True if an FMU file is not of this installation; a missing file is refused later."""
+    """Return True if an FMU file is not of this installation; a missing file fails later."""
     return file.is_file() and not is_written(file) and not built_here(file)
 
 
 def as_it_is(path: Path) -> Path:
-    """Return a copy of an FMU or of a Python file as it is now; the path itself of a class or a missing file."""
+    """Return a copy of the present FMU or Python file; the path itself of a class or a missing file."""
     if is_written(path):
         return copy_of(path)
     return copied_once(path, digest_at(path)) if path.is_file() else path
@@ -362,7 +362,7 @@ def as_it_is(path: Path) -> Path:
 
 @lru_cache(maxsize=64)
 def copied_once(path: Path, _sha256: str) -> Path:
-    """Copy of an FMU, once for each content; a copy itself is returned as it is."""
+    """Return a copy of an FMU, made once for each content; a copy itself is returned unchanged."""
     return path if original(path) != path else copied({path.name: path.read_bytes()}, path.parent) / path.name
 
 
@@ -382,7 +382,7 @@ def after_departure(failure: RunFailed, descriptions: Mapping[str, ModelDescript
 
 def beyond_ranges(recording: Recording, descriptions: Mapping[str, ModelDescription],
                   feeds: Iterable[tuple[str, str]]) -> list[tuple[int, str]]:
-    """For each input that was fed what is beyond its range: the first communication point of that, and a sentence.
+    """Return the first value out of range of each connected input: its communication point, and a sentence.
 
     `feeds` go from recorded signals to inputs. Those of FMUs that have no description here are left out.
     """

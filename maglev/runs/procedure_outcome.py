@@ -11,7 +11,7 @@ Values = Sequence[float] | Array
 
 @dataclass(frozen=True)
 class ProcedureValue:
-    """One value and where it was found; None where that does not apply."""
+    """One value and its place, which is None if it has none."""
 
     name: str                      # see `maglev.scenario.quantities.PROCEDURE_VALUES`
     value: float                   # SI

@@ -1,4 +1,4 @@
-"""From runs to the outcomes of the procedures that they belong to, and the verdicts on the claims about these."""
+"""The outcomes of the procedures from the runs that belong to them, and the verdicts on claims about these."""
 
 from collections.abc import Callable, Collection, Sequence
 

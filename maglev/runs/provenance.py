@@ -116,7 +116,7 @@ class Provenance:
 
 
 def departures_of(plan: RunPlan, files: Mapping[str, Path], put_in: Iterable[str]) -> Iterator[str]:
-    """Why a run of the package's name, or with our FMUs' names, is not the package's: one phrase each.
+    """Return why a run with a name, or FMUs, of the package is not the package's: one phrase each.
 
     A scenario of the user's own is its own, whatever it extends; and an FMU that is not there is refused later.
     """

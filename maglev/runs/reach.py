@@ -1,4 +1,4 @@
-"""References that a stage cannot follow because of its stops: they are refused before a run."""
+"""References that a stage cannot follow because of its stops: they raise an error before a run."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Which runs a command line means, and the runs that their claims compare with."""
+"""The runs that a command line selects, and the runs that their claims compare with."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path

@@ -180,7 +180,7 @@ def in_declared_units(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue
     ScenarioError if one is in a unit that neither is known nor declared by its FMU.
     """
     def declared(unit: str, name: str, where: str) -> Unit:
-        """Unit that an FMU declares, none of one that is not there, which is refused later."""
+        """Return the unit that an FMU declares; empty for an unknown variable, which fails later."""
         units = declared_units(read_description(name, files[name])) if files[name].is_file() else {}
         if unit not in units:
             raise ScenarioError(f"{where}: unknown unit {unit!r}, which {name} does not declare by SI base units "

@@ -251,7 +251,7 @@ class Claim(Table):
     @property
     @abstractmethod
     def elsewhere(self) -> str | None:
-        """Where the other value of a comparative claim is measured, in words; None if the claim has a target."""
+        """Return where the other value of a comparative claim is measured, in words; None if the claim has a target."""
 
     def printed(self, value: float | bool | None) -> str:
         """Print a value of the claim's quantity with its unit; empty if there is none."""

@@ -41,7 +41,7 @@ class Option:
 
 
 class RunOptions(TypedDict, total=False):
-    """How runs differ from their plans; see `maglev.run`."""
+    """Differences of runs from their plans; see `maglev.run`."""
 
     controller: Annotated["Given | None", Option(
         "--controller", Path, "Replace the controller: an FMU or a Python file.", metavar="CONTROLLER")]

@@ -196,7 +196,7 @@ class SignalTolerance(Table):
 
 
 class CheckSettings(Table):
-    """Which signals a baseline holds, how often, and how closely a run must follow them."""
+    """Signals of a baseline, their sampling, and the tolerances of a run."""
 
     PLACE = "[check]"
 
@@ -413,7 +413,8 @@ class RunPlan(Table):
 
     @property
     def event_ends(self) -> list[float]:
-        """Return the ends of the windows of its events, s: as given, or the start of the next event or reference step.
+        """Return the ends of the windows of its events, s: the stated ones, or the start of the next event or reference
+        step.
         """
         begins = sorted({*(event.time for event in self.events), *(time for time, _ in self.jumps(references=True))})
         return [next((time for time in begins if time > event.time + ON_GRID * self.step), self.stop_time)

@@ -66,7 +66,7 @@ def with_references(plan: RunPlan, settings: Mapping[str, StartValue]
 
 
 def reference_unit(plan: RunPlan, setting: str) -> str:
-    """Return the SI unit of a setting of a reference, such as `AXIS.start`; "1" if there is no such axis or setting."""
+    """Return the SI unit of a setting of a reference, such as `AXIS.start`; "1" for an unknown axis or setting."""
     name, _, what = setting.rpartition(".")
     unit, axis = UNITS.get(what, "1"), plan.axes.get(name)
     if axis is None and what != "time":

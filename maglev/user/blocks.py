@@ -18,6 +18,6 @@ def built_definition(path: Path) -> FmuDefinition | None:
 
 
 def built_blocks(files: Mapping[str, Path]) -> dict[str, Variables]:
-    """Of FMUs by name, the variables of those that this process has built of users' classes."""
+    """Variables by the name of the FMU, for users' classes that this process has built."""
     built = {name: built_definition(path) for name, path in files.items()}
     return {name: own.native_variables for name, own in built.items() if own is not None}

@@ -1,4 +1,4 @@
-"""Where a user's class declares its ports and parameters."""
+"""The lines in which a user's class declares its ports and parameters."""
 
 import ast
 

@@ -117,7 +117,7 @@ def gap_travel(stage: StageDescription) -> tuple[float, float, float]:
 
 
 def stiffness(stage: StageDescription, axis: str, at: list[Held]) -> float:
-    """How an axis leaves its place while the currents stay as they are: δ'' = α δ, in 1/s², positive where it does.
+    """Return α (1/s²) of an axis at constant currents, δ'' = α δ, positive if it leaves its place.
 
     Horizontally the phase currents hold the field, and the mover with it where i_d is below 0 (2.1).
     """

@@ -66,7 +66,7 @@ def new_stage(path: str | Path, like: str | None = None, motor: Sequence[str] = 
 
 @contextmanager
 def undone(file: Path) -> Iterator[None]:
-    """Take a file away again if what comes after it is refused."""
+    """Remove a file if a later step fails."""
     try:
         yield
     except MaglevError:

@@ -102,7 +102,7 @@ class Reader:
         return b"\n".join(lines).decode("utf-8")
 
     def imports(self, name: str, file: Path, node: ast.Import | ast.ImportFrom) -> str | None:
-        """An import with the names of an FMU; None if it stays as it is."""
+        """Return an import with the names of an FMU; None if it does not change."""
         place = f"{file.name}, line {node.lineno}"
         if isinstance(node, ast.Import):
             parts = [self.module(place, alias) for alias in node.names]

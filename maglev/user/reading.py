@@ -197,7 +197,7 @@ def thesis_weights(stage: StageDescription) -> Constants:
 
 
 def designed(stage: StageDescription, missing: dict[str, set[str]], observer_time: bool) -> StageDescription:
-    """Stage with the missing values of its design: on its linear model, over the travel of the air gap."""
+    """Return the stage with the missing design values: from its linear model, over the travel of the air gap."""
     if not any(missing.values()):
         return stage
     unstable_rate(stage)   # refuses a mover that nothing holds at its start

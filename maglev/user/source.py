@@ -1,4 +1,4 @@
-"""A block of the user's, such as a controller: a class of a Python file, or a class that was given as such."""
+"""A block of the user's, such as a controller: a class of a Python file, or a class itself."""
 
 import ast
 import hashlib
@@ -168,7 +168,7 @@ def digests(path: Path) -> tuple[tuple[str, str], ...]:
 
 
 def requirements(path: Path) -> tuple[str, ...]:
-    """Packages that the file which a path names imports, and that no FMU carries; none of a class. Errors as above."""
+    """Return the packages that a path's file imports, and that no FMU carries; none for a class. Errors as above."""
     return () if is_class(path) else read_modules(existing(path)).requires
 
 
@@ -299,11 +299,11 @@ def declared(written: type, file: Path | None) -> WrittenDefinition:
 
 
 def line_in(file: Path, name: str | None, word: str) -> str:
-    """File and line in which a class declares a port, a parameter or a table; the file alone if it has no such line."""
+    """Return file and line of a class's port, parameter or table; the file alone if it has no such line."""
     line = declaring_line(file.read_text(encoding="utf-8-sig"), name, word)
     return file.name if line is None else f"{file.name}, line {line}"
 
 
 def declared_in(path: Path, word: str) -> str:
-    """The same of the class that a path names, and nothing is executed; its name if it was given as a class."""
+    """Return the same for the class that a path names, without executing it; its name if a class was given."""
     return str(path) if is_class(path) else line_in(*file_of(path), word)

@@ -1,4 +1,4 @@
-"""The run of a plan in JSON, on any Python from 3.11 on, with nothing but its standard library and the blocks.
+"""Run a plan in JSON on any Python from 3.11 on, with only its standard library and the blocks.
 
     python host.py FOLDER < plan.json
 
@@ -16,7 +16,7 @@ PRIME = 1099511628211
 
 
 def digest(run: dict[str, Any]) -> int:
-    """FNV-1a, 64 bits, of the numbers of a run; 0 if it was refused."""
+    """Return FNV-1a, 64 bits, of the numbers of a run; 0 if a block refused a step."""
     sine_of_turns = import_module("pmlsm.sine_cosine").sine_of_turns
     of_blocks = import_module("maglev.fmi.definition")
     names: dict[str, Any] = {}

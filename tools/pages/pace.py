@@ -1,4 +1,4 @@
-"""How fast pages draw: the first picture, frames a second and the longest task of the live page, a step of zooming.
+"""Measure how fast pages draw: the first picture, frames a second and longest task of the live page, a zoom step.
 
     python tools/pages/pace.py [--live results/live.html] [--report results/report.html] [--figure figure-5-21]
 
