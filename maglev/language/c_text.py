@@ -42,6 +42,7 @@ from maglev.language.program import (
     While,
     functions_of,
 )
+from maglev.language.ranges import Ranges
 
 SCALARS = {FLOAT: "double", INT: "int64_t", BOOL: "bool"}
 
@@ -93,15 +94,22 @@ def of_numbers(kind: Type) -> bool:
 
 
 class CText:
-    """The C of functions, and of all that they call; attributes in `constants` are printed as their values."""
+    """The C of functions, and of all that they call.
 
-    def __init__(self, layout: Layout, roots: Sequence[Function], constants: Mapping[Place, Any] | None = None):
+    `constants` has the values of attributes that never change. Those that all objects share are printed as values.
+    """
+
+    def __init__(self, layout: Layout, roots: Sequence[Function],
+                 constants: Mapping[Place, Sequence[Any]] | None = None):
         self.layout = layout
         self.constant_attributes = constants or {}
+        self.roots = roots
         self.functions = functions_of(list(roots))
+        self.ranges = Ranges(self.functions, roots, self.constant_attributes)
         self.helpers: set[str] = set()
         self.library: set[str] = set()   # functions of <math.h>
         self.lists: dict[str, tuple[ConstList, str]] = {}   # of modules, by their text
+        self.noting = {id(root) for root in roots if root.fails}   # functions with a parameter `failure`
         self.code = "\n".join(FunctionText(self, function).text() for function in self.functions)
 
     def structs(self) -> str:
@@ -178,14 +186,27 @@ class FunctionText:
         unread = [f"    (void){identifier(name)};" for name, _ in function.parameters if identifier(name) not in used]
         unread += [f"    (void)out_{k};" for k in range(len(function.results)) if len(function.results) > 1
                    and f"out_{k}" not in used]
-        if function.fails and "failure" not in used:
+        if "failure" in used:
+            self.whole.noting.add(id(function))
+        elif id(function) in self.whole.noting:
             unread.append("    (void)failure;")
         where = re.sub(r"[^\w./ -]", "_", function.file, flags=re.ASCII)
         if len(function.results) == 1 and not isinstance(function.body[-1], Return):
             body += "\n    return 0;"   # where a failure has ended a loop that has no other end
         inside = [*local, *unread, body] if body else [*local, *unread]
-        return (f"/* {where}, line {function.line} */\n{head(function)}\n{{\n"
+        return (f"/* {where}, line {function.line} */\n{self.head()}\n{{\n"
                 + "".join(f"{line}\n" for line in inside) + "}\n")
+
+    def head(self) -> str:
+        """Declaration of the function, without its semicolon."""
+        function, results = self.function, self.function.results
+        outs = [f"{SCALARS[kind]} *out_{k}" for k, kind in enumerate(results)] if len(results) > 1 else []   # type: ignore[index]
+        parameters = [referred(kind, identifier(name), isinstance(kind, List) and name not in function.changed)
+                      for name, kind in function.parameters if filled(kind)]
+        failing = ["int64_t *failure"] if id(function) in self.whole.noting else []
+        word = SCALARS[results[0]] if len(results) == 1 else "void"   # type: ignore[index]
+        static = "static" if function in self.whole.roots else "static inline"
+        return f"{static} {word} {function.name}({', '.join([*parameters, *outs, *failing]) or 'void'})"
 
     def out(self, depth: int, text: str) -> None:
         self.lines.append("    " * depth + text)
@@ -301,9 +322,8 @@ class FunctionText:
                 return f"{self.expression(base, ATOM)}.{identifier(name)}", ATOM
             case Item(base=base, index=index, site=site):
                 text = self.expression(index)
-                number = self.known(index)
                 assert isinstance(base.type, List)
-                if site is not None and not (isinstance(number, Const) and 0 <= number.value < base.type.length):
+                if site is not None and not self.is_within(index, base.type.length):
                     text = self.helper("element", text, str(base.type.length), site.number)
                 return f"{self.expression(base, ATOM)}[{text}]", ATOM
             case Logic(name=name, operands=operands):
@@ -321,16 +341,21 @@ class FunctionText:
         """The value of an attribute that never changes, None of any other expression."""
         if not isinstance(value, Field) or not isinstance(value.base.type, Struct):
             return None
-        found = self.whole.constant_attributes.get((value.base.type.name, value.name))
-        if found is None:
+        values = self.whole.constant_attributes.get((value.base.type.name, value.name), ())
+        if not values or any(each != values[0] for each in values):
             return None
-        return (ConstList(value.name, found, value.type) if isinstance(value.type, List) else
-                Const(found, value.type, value.name))
+        return (ConstList(value.name, values[0], value.type) if isinstance(value.type, List) else
+                Const(values[0], value.type, value.name))
+
+    def is_within(self, index: Expr, length: int) -> bool:
+        """Return True if an index is that of an element of a list, whatever the values."""
+        found = self.whole.ranges.of(self.function, index)
+        return found is not None and found[0] >= 0 and found[1] < length
 
     def call(self, call: Call, outs: Sequence[str] = ()) -> str:
         arguments = [self.pointer(each) if isinstance(each.type, Struct) else self.expression(each, 1)
                      for each in call.arguments if filled(each.type)]
-        failing = ["failure"] if call.function.fails else []
+        failing = ["failure"] if id(call.function) in self.whole.noting else []
         return f"{call.function.name}({', '.join([*arguments, *outs, *failing])})"
 
     def helper(self, name: str, *arguments: str | int) -> str:
@@ -341,6 +366,8 @@ class FunctionText:
 
     def operation(self, value: Operation) -> tuple[str, int]:
         name, operands, site = value.name, value.operands, value.site
+        if name in ("+", "-", "*", "neg") and self.whole.ranges.of(self.function, value) is not None:
+            site = None
         if name == "not":
             return f"!{self.expression(operands[0], UNARY)}", UNARY
         if name == "neg":
@@ -399,14 +426,3 @@ class FunctionText:
         elif name in COMPARISONS:
             left = right = BINDS["<<"]
         return f"{self.expression(operands[0], left)} {name} {self.expression(operands[1], right)}", binds
-
-
-def head(function: Function) -> str:
-    """Declaration of a function, without its semicolon."""
-    results = function.results
-    outs = [f"{SCALARS[kind]} *out_{k}" for k, kind in enumerate(results)] if len(results) > 1 else []   # type: ignore[index]
-    parameters = [referred(kind, identifier(name), isinstance(kind, List) and name not in function.changed)
-                  for name, kind in function.parameters if filled(kind)]
-    failing = ["int64_t *failure"] if function.fails else []
-    word = SCALARS[results[0]] if len(results) == 1 else "void"   # type: ignore[index]
-    return f"static {word} {function.name}({', '.join([*parameters, *outs, *failing]) or 'void'})"

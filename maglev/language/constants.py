@@ -1,4 +1,4 @@
-"""Attributes that never change: whole numbers and Booleans, and lists of them, which C has as constants."""
+"""Attributes that never change: whole numbers and Booleans, and lists of them."""
 
 import re
 from collections.abc import Collection, Iterable, Iterator
@@ -34,22 +34,22 @@ PART = re.compile(r"\w+|\[")
 
 
 def constant_attributes(layout: Layout, block: Any, functions: Iterable[Function], settable: Collection[str]
-                        ) -> dict[Place, Any]:
-    """Return, by struct and attribute, the values that all its objects share and that no function assigns.
+                        ) -> dict[Place, list[Any]]:
+    """Return, by struct and attribute, the values of all its objects, if no function assigns them.
 
     `settable` are the paths of attributes that are assigned from outside, such as "axes[0].locked".
     """
     changed = {place for function in functions for place in assigned(function)} | {
         place_of(layout, path) for path in settable}
-    found: dict[Place, Any] = {}
+    found: dict[Place, list[Any]] = {}
     for place, value in values_of(layout, block, layout.root):
-        if place not in changed and found.setdefault(place, value) != value:
-            changed.add(place)
-    return {place: value for place, value in found.items() if place not in changed}
+        if place not in changed:
+            found.setdefault(place, []).append(value)
+    return found
 
 
 def values_of(layout: Layout, value: Any, kind: Type) -> Iterator[tuple[Place, Any]]:
-    """Attributes of an object and of its parts with their values, as far as C can have them as constants."""
+    """Attributes of an object and of its parts with their values: whole numbers, Booleans, and lists of them."""
     if isinstance(kind, List):
         for item in value:
             if isinstance(kind.item, List | Struct):

@@ -136,11 +136,7 @@ class LaneStatements(LaneExpressions):
             if after == NOWHERE:
                 return NOWHERE
             rest = body[number + 1:]
-            if not left or not rest:
-                if left:
-                    mask = self.remaining(mask, left)
-                continue
-            if mask is None and self.is_long(rest):
+            if left and mask is None and self.is_long(rest):
                 self.out(f"if (!lanes_any({' | '.join(sorted(left))})) {{")
                 self.depth += 1
                 self.block(rest, None)
@@ -151,7 +147,8 @@ class LaneStatements(LaneExpressions):
                 self.depth -= 1
                 self.out("}")
                 return mask
-            mask = self.remaining(mask, left)
+            if left:
+                mask = self.remaining(mask, left)
         return mask
 
     def is_long(self, body: Sequence[Statement]) -> bool:

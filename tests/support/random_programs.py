@@ -12,15 +12,26 @@ FLOATS = ("0.0", "-0.0", "1.0", "-2.5", "0.1", "3.0e300", "-1.0e-310", "7.0", "9
 WHOLES = ("0", "1", "2", "-1", "3", "5", "-7", "62", "4611686018427387904", "9223372036854775807",
           "-9223372036854775807", "3037000500", "9007199254740993")
 CLASSES = '''\
-from math import ceil, copysign, fabs, floor, isfinite, isnan, sqrt
+from math import ceil, copysign, fabs, floor, fmod, isfinite, isinf, isnan, remainder, sqrt, trunc
 
 TABLE_{n} = (0.5, -1.5, 2.0)
+ORDER_{n} = (2, 0, 1)
+
+
+def share_{n}(x, y=0.5, k=1):
+    """Part of a number."""
+    return x * y if k > 0 else x - y
+
+
+def halves_{n}(x):
+    return 0.5 * x, x < 0.0
 
 
 class Part_{n}:
     def __init__(self, x, k):
         self.x = x
         self.k = k
+        self.place = 2 * k
         self.double = [x, 2.0 * x, -x]
 
     def take(self, x):
@@ -40,6 +51,8 @@ class Block_{n}:
         self.on, self.off = True, False
         self.xs = [0.25, -1.0, 2.0, 1.0e10]
         self.ks = [0, 2, 1]
+        self.order = [3, 1]
+        self.flags = [False, True]
         self.rows = [[1.0, 2.0], [3.0, 4.0]]
         self.parts = [Part_{n}(1.0, 0), Part_{n}(-2.0, 1)]
 
@@ -47,6 +60,9 @@ class Block_{n}:
         self.i = (self.i + d) % 5
         self.a = self.a + 1.0
         return self.i
+
+    def at(self, k):
+        return self.xs[k]
 
     def flip(self, x):
         self.on = not self.on
@@ -100,23 +116,29 @@ class Writer:
     def real(self, depth: int, floats: tuple[str, ...], wholes: tuple[str, ...] = ()) -> str:
         if depth <= 0 or self.random.random() < 0.2:
             return self.random.choice((*floats, "self.a", "self.b", "self.struct", "t", *FLOATS[:5],
-                                       *(["part.x"] if self.part else [])))
+                                       *(["part.x", "self.xs[part.place]"] if self.part else [])))
         real = partial(self.real, depth - 1, floats, wholes)
         whole = partial(self.whole, depth - 1, wholes, floats)
-        kind = self.random.randrange(19)
+        truth = partial(self.truth, depth - 1, floats, wholes)
+        kind = self.random.randrange(25)
         if kind < 5:
             return f"({real()} {self.random.choice('+-*/')} {real()})"
         return [lambda: f"({whole()} / {whole()})", lambda: f"({real()} {self.random.choice('+-*')} {whole()})",
                 lambda: f"self.shift({real()})", lambda: f"self.parts[{whole()} % 2].take({real()})",
                 lambda: f"self.xs[{self.index(whole(), 4)}]",
                 lambda: f"self.rows[{whole()} % 2][{self.index(whole(), 2)}]",
-                lambda: f"({real()} if {self.truth(depth - 1, floats, wholes)} else {real()})",
+                lambda: f"({real()} if {truth()} else {real()})",
                 lambda: f"{self.random.choice(('min', 'max'))}({real()}, {real()}, {real()})",
                 lambda: f"{self.random.choice(('abs', 'fabs', '-', 'sqrt'))}({real()})",
                 lambda: f"copysign({real()}, {real()})", lambda: f"float({whole()})",
                 lambda: f"TABLE_{self.number}[{self.index(whole(), 3)}]",
                 lambda: f"self.parts[{whole()} % 2].double[{self.index(whole(), 3)}]",
-                lambda: f"float({self.truth(depth - 1, floats, wholes)})"][kind - 5]()
+                lambda: f"float({truth()})", lambda: f"self.at({self.index(whole(), 4)})",
+                lambda: f"share_{self.number}({real()}, {self.random.choice(('', 'y='))}{real()})",
+                lambda: f"share_{self.number}(k={whole()}, x={real()})",
+                lambda: f"(self.parts[0] if {truth()} else self.parts[1]).x",
+                lambda: f"{self.random.choice(('fmod', 'remainder'))}({real()}, {real()})",
+                lambda: f"self.xs[self.order[{self.index(whole(), 2)}]]"][kind - 5]()
 
     def index(self, whole: str, length: int) -> str:
         """An index that is within a list, or seldom not."""
@@ -125,18 +147,23 @@ class Writer:
 
     def whole(self, depth: int, wholes: tuple[str, ...], floats: tuple[str, ...] = ()) -> str:
         if depth <= 0 or self.random.random() < 0.25:
-            return self.random.choice((*wholes, "self.i", "self.j", "self.int64_t", *WHOLES[:6], "self.parts[1].k"))
+            return self.random.choice((*wholes, "self.i", "self.j", "self.int64_t", *WHOLES[:6], "self.parts[1].k",
+                                       "len(self.parts)", *(["part.place"] if self.part else [])))
+        real = partial(self.real, depth - 1, floats, wholes)
         whole = partial(self.whole, depth - 1, wholes, floats)
-        kind = self.random.randrange(14)
+        truth = partial(self.truth, depth - 1, floats, wholes)
+        kind = self.random.randrange(16)
         if kind < 6:
             return f"({whole()} {self.random.choice(('+', '-', '*', '//', '%', '&', '|', '^', '<<', '>>'))} {whole()})"
         forms: list[Callable[[], str]] = [
                 lambda: f"self.bump({whole()})", lambda: f"self.ks[{self.index(whole(), 3)}]",
                 lambda: f"{self.random.choice(('min', 'max'))}({whole()}, {whole()})",
-                lambda: f"{self.random.choice(('abs', '-', '~'))}({whole()})",
-                lambda: f"({whole()} if {self.truth(depth - 1, floats, wholes)} else {whole()})",
-                lambda: f"{self.random.choice(('int', 'floor', 'ceil'))}({self.real(depth - 1, floats, wholes)})",
-                lambda: "len(self.xs)", lambda: "sum(self.ks)"]
+                lambda: f"{self.random.choice(('abs', '-', '~', '+'))}({whole()})",
+                lambda: f"({whole()} if {truth()} else {whole()})",
+                lambda: f"{self.random.choice(('int', 'floor', 'ceil', 'trunc'))}({real()})",
+                lambda: "len(self.xs)", lambda: "sum(self.ks)",
+                lambda: f"int({truth()})",
+                lambda: f"self.ks[ORDER_{self.number}[{self.index(whole(), 3)}]]"]
         return forms[kind - 6]()
 
     def truth(self, depth: int, floats: tuple[str, ...], wholes: tuple[str, ...] = ()) -> str:
@@ -149,11 +176,14 @@ class Writer:
         forms: list[Callable[[], str]] = [
             lambda: f"({real()} {sign} {real()})", lambda: f"({whole()} {sign} {whole()})",
             lambda: f"({whole()} {sign} {real()})", lambda: f"({real()} < {real()} {sign} {real()} <= {whole()})",
-            lambda: f"({whole()} <= {whole()} < {whole()})", lambda: f"({truth()} and {truth()} and {truth()})",
+            lambda: f"({whole()} <= {whole()} < {whole()})", lambda: f"({whole()} {sign} {whole()} != {real()})",
+            lambda: f"({truth()} and {truth()} and {truth()})",
             lambda: f"({truth()} or {truth()})", lambda: f"(not {truth()})", lambda: f"self.flip({real()})",
             lambda: f"({truth()} {self.random.choice(('==', '!=', '&', '|', '^'))} {truth()})",
-            lambda: f"isfinite({real()})", lambda: f"isnan({real()})", lambda: f"bool({whole()})",
-            lambda: f"any(each > {real()} for each in self.xs)"]
+            lambda: f"isfinite({real()})", lambda: f"isnan({real()})", lambda: f"isinf({real()})",
+            lambda: f"bool({whole()})", lambda: f"bool({real()})", lambda: f"self.flags[{self.index(whole(), 2)}]",
+            lambda: f"any(each > {real()} for each in self.xs)", lambda: "all(self.flags)",
+            lambda: f"all(one.x {sign} {real()} for one in self.parts)"]
         return self.random.choice(forms)()
 
     # Statements
@@ -176,7 +206,7 @@ class Writer:
                   f"self.rows[{whole()} % 2][{whole()} % 2]", f"self.parts[{whole()} % 2].x",
                   f"self.parts[{whole()} % 2].double[{self.index(whole(), 3)}]"]
         inner = partial(self.body, depth + 1, deep - 1, floats, wholes, self.random.randint(1, 3), loop)
-        kind = self.random.randrange(9 if deep <= 0 else 16)
+        kind = self.random.randrange(9 if deep <= 0 else 17)
         if kind < 3:
             self.out(depth, f"{pick(places)} {operator} {real()}")
         elif kind < 5:
@@ -184,18 +214,22 @@ class Writer:
                           f"self.parts[{whole()} % 2].k"])
             self.out(depth, f"{place} {pick((operator, '//=', '%='))} {whole()}")
         elif kind == 5:
-            self.out(depth, f"{pick(('self.on', 'self.off', 'known'))} = {truth()}")
+            flag = f"self.flags[{self.index(whole(), 2)}]"
+            self.out(depth, f"{pick(('self.on', 'self.off', 'known', flag))} = {truth()}")
         elif kind == 6:
             self.out(depth, pick([f"{pick(places)}, {pick(places)} = {real()}, {real()}",
                                   f"self.b, n, self.on = self.both({real()}, {whole()})",
                                   f"{pick(places)}, self.i = self.parts[{whole()} % 2].pair({real()})",
-                                  f"{pick(places)} = {pick(places)} = {real()}"]))
+                                  f"{pick(places)}, known = halves_{self.number}({real()})",
+                                  f"_, _, {pick(('known', 'self.off'))} = self.both({real()}, {whole()})",
+                                  f"{pick(places)} = {pick(places)} = {real()}", f"self.a: float = {real()}"]))
         elif kind == 7:
             self.out(depth, f"part = self.parts[{self.index(whole(), 2)}]")
             self.part = True
         elif kind == 8:
-            self.out(depth, pick(["self.flip(1.5)", f"self.bump({whole()})", "continue", "break"][:4 if loop else 2]))
-            if self.lines[-1].strip() in ("continue", "break"):
+            jumps = ("return", "continue", "break") if loop else ("return",)
+            self.out(depth, pick(["self.flip(1.5)", f"self.bump({whole()})", *jumps]))
+            if self.lines[-1].strip() in jumps:
                 self.lines[-1:] = ["    " * depth + f"if {truth()}:", "    " + self.lines[-1]]
         elif kind < 12:
             self.out(depth, f"if {truth()}:")
@@ -208,12 +242,22 @@ class Writer:
                 inner()
         elif kind < 15:
             self.loop(depth, deep, floats, wholes)
+        elif kind == 15:
+            self.loops += 1
+            local = f"list_{self.loops}"
+            lists = ("self.xs", f"self.rows[{whole()} % 2]", f"self.parts[{whole()} % 2].double")
+            self.out(depth, f"{local} = {pick(lists)}")
+            self.out(depth, f"{local}[{whole()} % 2] {operator} {real()} + {local}[{self.index(whole(), 2)}]")
         else:
             self.loops += 1
             turns = f"turns_{self.loops}"
             self.out(depth, f"{turns} = 0")
-            self.out(depth, f"while {turns} < 4 and {truth()}:")
+            endless = pick((True, False))
+            self.out(depth, "while True:" if endless else f"while {turns} < 4 and {truth()}:")
             self.out(depth + 1, f"{turns} += 1")
+            if endless:
+                self.out(depth + 1, f"if {turns} > 4 or {truth()}:")
+                self.out(depth + 2, "break")
             self.body(depth + 1, deep - 1, floats, wholes, self.random.randint(1, 3), True)
 
     def loop(self, depth: int, deep: int, floats: tuple[str, ...], wholes: tuple[str, ...]) -> None:
@@ -228,7 +272,10 @@ class Writer:
             (f"each in self.rows[{whole} % 2]", (*floats, "each"), wholes),
             (f"{name}, each in enumerate(self.xs)", (*floats, "each"), (*wholes, name)),
             (f"each, {name} in zip(TABLE_{self.number}, self.ks)", (*floats, "each"), (*wholes, name)),
-            ("part in self.parts", (*floats, "part.x"), (*wholes, "part.k"))])
+            ("part in self.parts", (*floats, "part.x"), (*wholes, "part.k", "part.place")),
+            (f"{name}, part in enumerate(self.parts)", (*floats, "part.x"), (*wholes, name, "part.k")),
+            (f"part, {name} in zip(self.parts, self.order)", (*floats, "part.x", f"self.xs[{name}]"), (*wholes, name)),
+            (f"{name} in ORDER_{self.number}", (*floats, f"self.xs[{name}]"), (*wholes, name))])
         self.out(depth, f"for {head}:")
         self.body(depth + 1, deep - 1, floats_in, wholes_in, self.random.randint(1, 3), True)
         if pick((True, False)) and "range" in head:
@@ -287,6 +334,14 @@ def leaves(value: Any) -> Iterator[str]:
     else:
         for each in value if isinstance(value, list) else vars(value).values():
             yield from leaves(each)
+
+
+def write_program(random: Random, number: int) -> str:
+    """Write a program, seldom one that fails in its first step."""
+    while True:
+        text = Writer(random, number).program()
+        if random.random() < 0.1 or run(text, number, 1) != ["refused"]:
+            return text
 
 
 def run(text: str, number: int, steps: int) -> list[str]:

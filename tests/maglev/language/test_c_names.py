@@ -16,7 +16,7 @@ from maglev.language.program import FLOAT, Function, Struct
 from maglev.language.statements import Program
 
 MADE = re.compile(r"(?:part|result|out|value)_\d+|failure|int64_t|INT64_C")   # names that no Python has
-FUNCTION = re.compile(r"^/\* (?P<file>\S+), line (?P<line>\d+) \*/\nstatic (?P<result>\w+) (?P<name>\w+)"
+FUNCTION = re.compile(r"^/\* (?P<file>\S+), line (?P<line>\d+) \*/\nstatic (?:inline )?(?P<result>\w+) (?P<name>\w+)"
                       r"\((?P<parameters>.*)\)\n\{$", re.MULTILINE)
 
 SECRETS = '''\

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from lane_programs import LaneProgram, c_program, states, vary
-from random_programs import CLASSES, Writer
+from random_programs import CLASSES, write_program
 from written_blocks import load_module
 
 from maglev.language.lanes import LanesText
@@ -48,7 +48,7 @@ def check(random: Random, folder: Path, many: int, width: int, options: list[str
         number = len(programs)
         attributes = {name for name in ATTRIBUTES if random.random() < 0.4}
         try:
-            programs.append(LaneProgram(number, blocks_of(Writer(random, number).program(), number, folder, random,
+            programs.append(LaneProgram(number, blocks_of(write_program(random, number), number, folder, random,
                                                           attributes), STEPS, width))
         except Untranslatable:
             continue
@@ -73,14 +73,77 @@ def test_many_random_programs_have_the_same_bits_in_lanes(seed: int, width: int)
         check(Random(seed), Path(folder), 12, width, SANITIZED)
 
 
-def own_program(body: str, folder: Path) -> list[object]:
+def own_program(body: str, folder: Path, number: int = 0) -> list[object]:
     """Blocks with a body of `step`, whose attribute i is 0, 1, …"""
-    text = CLASSES.format(n=0, floats="1.0, 0.0, 0.0", wholes="0, 0, 0")
+    text = CLASSES.format(n=number, floats="1.0, 0.0, 0.0", wholes="0, 0, 0")
     text += "    def step(self, t):\n" + "".join(f"        {line}\n" for line in body.splitlines())
-    made = [load_module(folder, text, "program_0.py").Block_0() for _ in range(BLOCKS)]
+    made = [getattr(load_module(folder, text, f"program_{number}.py"), f"Block_{number}")() for _ in range(BLOCKS)]
     for k, block in enumerate(made):
         block.i = k
     return made
+
+
+# What lanes do apart: `a` and `on` are set from `i`, in which they differ.
+BODIES = (
+    "self.off = self.on == (self.i > 2)", "self.off = self.on != (self.i > 2)", "self.off = self.on & (self.i > 2)",
+    "self.off = self.on | (self.i > 2)", "self.off = not self.on", "self.off = self.on and self.i > 2",
+    "self.off = self.on or self.i > 2", "self.off = self.on and self.i > 0 and self.flip(self.a)",
+    "self.off = self.on or self.flip(self.a) or self.flip(2.0)", "self.off = self.on and 6 // (self.i % 2) > 5",
+    "self.off = self.on or 6 // (self.i % 2) > 5", "self.off = self.j == 0 and self.on",
+    "self.off = self.j == 1 or self.on", "self.off = self.j == 1 and 6 // self.i > 2",
+    "self.off = self.j == 0 or 6 // self.i > 2", "self.off = self.flip(t) and self.on",
+    "self.off = self.b == 0.0 and self.j == 0", "self.off = self.b == 1.0 or self.shift(t) > 0.0",
+    "self.b = self.a if self.on else 2.0", "self.b = self.shift(self.a) if self.on else self.a",
+    "self.b = self.a if self.j == 0 else 2.0", "self.b = self.shift(self.a) if self.j == 0 else 2.0",
+    "self.b = self.xs[self.i % 4] if self.on else self.xs[self.i]", "self.j = 7 if self.on else self.ks[self.i % 3]",
+    "self.off = self.i < 2.5 <= self.a", "self.off = 1.5 > self.i", "self.off = self.j < t",
+    "self.b = min(self.a, 0.25) - max(self.a, self.b)", "self.j = min(self.i, 2) - max(1, self.i)",
+    "self.j = ~self.i - -self.i + abs(self.i - 2)", "self.j = (self.i << 2) + (self.i - 2) // 2 * 3 % 2",
+    "self.j = (self.i - 2 >> 1) + (self.i ^ 5) - (self.i | 1) + (self.i & 6)", "self.j = 1 << self.i - 1",
+    "self.j = 9223372036854775804 + self.i", "self.j = -9223372036854775806 - self.i",
+    "self.j = 4611686018427387904 * self.i", "self.b = self.i / 3 + 1 / self.i", "self.b = self.a / (self.a + 0.5)",
+    "self.b = sqrt(self.a + 0.5) + fabs(self.a)", "self.b = fmod(self.a, 0.3) - remainder(0.7, self.a + 0.1)",
+    "self.j = floor(self.a * 1.5) + ceil(self.a * 1.5) * 8 + trunc(self.a * 1.5) * 64",
+    "self.j = int(4503599627370497.5 * self.a) + int(9.0e18 * self.a)", "self.b = copysign(3.0, self.a)",
+    "self.off = isfinite(1.0e308 * self.a * 10.0) == isnan(self.a) or isinf(self.a)",
+    "self.b = float(self.on) + float(self.i)", "self.parts[self.i % 2].x = 4.0 + t",
+    "self.parts[self.i % 2].double[1] += self.a", "part = self.parts[self.i % 2]\npart.x += part.take(1.0)",
+    "part = self.parts[0] if self.on else self.parts[1]\npart.k = 2",
+    "part = self.parts[0] if self.j == 0 else self.parts[1]\npart.x = self.a",
+    "(self.parts[0] if self.on else self.parts[1]).x = 3.0", "part = self.parts[0]\nif self.on:\n"
+    "    part = self.parts[1]\npart.k += 1", "rows = self.rows[self.i % 2]\nrows[0] = self.a + rows[1]",
+    "rows = self.rows[0] if self.on else self.rows[1]\nself.b = rows[self.j]\nrows[0] = 9.0", "self.xs[self.i] = t",
+    "self.xs[self.ks[self.i % 3]] += self.xs[self.i % 4]", "xs = self.xs\nxs[self.j] = self.a\nself.b = xs[1]",
+    "for k in range(self.i):\n    self.b += self.xs[k]", "for k in range(self.i, 4):\n    self.b += float(k)",
+    "for k in range(4, self.i, -2):\n    self.b = 2.0 * self.b + float(k)",
+    "for k in range(4):\n    if k == self.i:\n        break\n    self.b += 1.0",
+    "for k in range(4):\n    if k == self.i:\n        continue\n    self.b += float(k)\nself.j += 1",
+    "for k in range(4):\n    if k == self.i:\n        return\n    self.b += self.shift(1.0)\nself.j += 1",
+    "for k in range(self.i):\n    for m in range(k, 3):\n        if m == 2:\n            break\n"
+    "        self.b += 1.0\n    self.j += 1",
+    "while self.i < 3:\n    self.i += 1\n    self.b += self.shift(1.0)",
+    "n = 0\nwhile True:\n    n += 1\n    if n > self.i:\n        break\n    if n == 2:\n        continue\n"
+    "    self.b += self.a\nself.j = n", "n = 0\nwhile n < 3:\n    n += 1\n    self.b += 1.0",
+    "n = 4\nwhile n > self.i and self.flip(t):\n    n -= 1\nself.j = n",
+    "if self.i > 1:\n    return\nself.b = 2.0", "if self.i > 1:\n    return\nfor k in range(3):\n    self.b += 1.0",
+    "if self.on:\n    self.b = self.shift(self.a)\nelse:\n    self.b, self.j, self.off = self.both(self.a, 2)",
+    "self.b, self.j, self.off = self.both(self.a, self.i)", "x, y = 1.0, self.a\nif self.on:\n    x, y = y, x\n"
+    "self.b, self.struct = x, y", "x = t\nfor k in range(3):\n    if k < self.i:\n        x += 1.0\nself.b = x",
+    "for part in self.parts:\n    if part.x > self.a:\n        part.x = self.a",
+    "n = 0\nif self.on:\n    n = 3\nelif self.i > 2:\n    n = 1\nself.j = n", "self.j = self.bump(self.i)",
+    "self.on = any(each > self.a for each in self.xs)", "self.on = all(one.x < self.a for one in self.parts)",
+    "if self.j == 0:\n    self.b = self.a\nelse:\n    self.b = 1.0", "self.b = self.at(self.i - 4)")
+
+
+def test_lanes_apart_have_the_same_bits(tmp_path: Path) -> None:
+    first = "self.a = 0.5 * float(self.i) - 1.0\nself.on = self.i % 2 == 0\n"
+    programs = [LaneProgram(number, own_program(first + body, tmp_path, number), STEPS, 4)
+                for number, body in enumerate(BODIES)]
+    found = printed(programs, tmp_path, ["-O0"])
+    wrong = {BODIES[number] for number in range(len(BODIES)) for k in range(BLOCKS)
+             if found[f"{number} lane {k}"] != found[f"{number} block {k}"]}
+    assert not wrong
+    assert len({tuple(found[f"{number} block {k}"]) for number in range(len(BODIES)) for k in range(BLOCKS)}) > 200
 
 
 def test_lanes_fail_by_themselves(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from textwrap import indent
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from random_programs import CLASSES, Writer, run
+from random_programs import CLASSES, run, write_program
 from written_blocks import load_module
 
 from maglev.language.c_text import CText
@@ -126,7 +126,7 @@ def check(random: Random, folder: Path) -> None:
     programs = dict[int, str]()
     while len(programs) < BATCH:
         number = len(programs)
-        programs[number] = Writer(random, number).program()
+        programs[number] = write_program(random, number)
         try:
             c_of({number: programs[number]}, folder)
         except Untranslatable as error:   # the one reason that such a program can have
