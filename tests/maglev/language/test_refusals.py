@@ -16,6 +16,7 @@ import random
 
 LIMIT = 2.0
 TABLE = (1.0, 2.0)
+UNLIKE = (1.0, 2)
 NAME = "tank"
 
 
@@ -135,6 +136,7 @@ EXPRESSIONS = {
     "min(self.level, key=abs)": "min() with names or *: expected values alone",
     "max(*self.levels)": "max() with names or *: expected values alone",
     "len(self.level)": "len(self.level): self.level is a float, expected a list",
+    "len()": "len(): expected one list",
     "abs(self.on)": "abs(self.on) has a Boolean: expected numbers, such as 1.0 if … else 0.0",
     "abs(self.level, self.level)": "abs(self.level, self.level): expected one value",
     "round(self.level)":
@@ -158,6 +160,7 @@ EXPRESSIONS = {
     "math.no_such_thing": "there is no no_such_thing in math: expected a name of it",
     "unknown": "there is no unknown: expected a name of the file",
     "unknown(self.level)": "unknown(): there is no such function, expected a def of the file",
+    "UNLIKE[0]": "UNLIKE: expected numbers of one type",
     "NAME": "text: expected numbers only",
     "'tank'": "text: expected numbers only",
     "f'{self.level}'": "text: expected numbers only",
@@ -260,6 +263,8 @@ STATEMENTS = {
         "x may have no value yet: expected one on every way that leads here",
     "while self.on:\n    x = 1.0\n    break\nself.level = x  # <":
         "x may have no value yet: expected one on every way that leads here",
+    "for k in range(2):\n    if self.on:\n        continue\n    for m in range(2):\n        pass\n    x = 1.0\n"
+    "self.level = x  # <": "x may have no value yet: expected one on every way that leads here",
     "self.level = y  # <\ny = 1.0": "y has no value yet: expected an assignment before",
     "x, y = 1.0": "1.0 for 2 names: expected as many values",
     "x, y = pair(1.0), 1.0\n": "pair() has 2 values: expected one, or a name for each",
