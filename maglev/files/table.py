@@ -108,11 +108,10 @@ class DataTable:
         return numbers_of(self.texts(name).tolist(), self.layout.decimal)
 
     def texts(self, name: str) -> NDArray[Any]:
-        """Fields of a column as texts, shape (n,); CsvError if a row has more or fewer fields than the header."""
+        """Fields of a column as texts, shape (n,)."""
         if self.layout is None:
             return np.array([str(value) for value in self.given[name]], dtype=object)
         if name not in self.given:
-            self.require_full_rows()
             columns = list(zip(*(row.fields for row in self.rows()), strict=True))
             self.given.update({own: np.array(columns[k], dtype=object) for k, own in enumerate(self.names) if own})
         return self.given[name]
@@ -120,24 +119,19 @@ class DataTable:
     def rows(self) -> Iterator[Row]:
         """Yield the rows of the file below the header; CsvError if it is no CSV."""
         assert self.layout is not None
-        rows = self.layout.rows()
-        while True:
-            try:
-                yield next(rows)
-            except StopIteration:
-                return
-            except csv.Error as error:
-                raise CsvError(self.path, f"{error}, expected a CSV file") from None
+        try:
+            yield from self.layout.rows()
+        except csv.Error as error:
+            raise CsvError(self.path, f"{error}, expected a CSV file") from None
 
     def require_full_rows(self) -> None:
         """Refuse a row with more or fewer fields than the header: a part of a file that was cut."""
         row = next((row for row in self.rows() if len(row.fields) != len(self.names)), None)
         if row is not None:
-            # A field that is missing is named as such.
-            lacking = self.names[len(row.fields)] if len(row.fields) < len(self.names) else ""
+            absent = self.names[len(row.fields)] if len(row.fields) < len(self.names) else ""
             values = f"{len(row.fields)} value{'' if len(row.fields) == 1 else 's'}"
             raise CsvError(self.path, f"row {row.line} has {values}, expected {len(self.names)} as in the header"
-                                      f"{f': {lacking} is missing' if lacking else ''}")
+                                      f"{f': {absent} is missing' if absent else ''}")
 
     def line(self, k: int) -> int:
         """Number of the row that messages give the k-th one."""
@@ -147,25 +141,13 @@ class DataTable:
 
     def first_bad(self, name: str) -> CsvError:
         """Refusal of the first field of a column that is no finite number."""
-        decimal = "."
-        if self.layout is not None:
-            decimal = self.layout.decimal
-            self.require_full_rows()
-        for k, text in enumerate(self.fields(name)):
+        decimal = "." if self.layout is None else self.layout.decimal
+        for k, text in enumerate(self.texts(name)):
             if not is_number(text.strip(), decimal) or NO_NUMBER.fullmatch(text.strip()):
                 hint = " with a decimal comma" if decimal == "," and is_number(text) else ""
                 return CsvError(self.path, f"row {self.line(k)}, column {name} is {shortened(text)}, expected a finite "
                                            f"number{hint}")
         return CsvError(self.path, f"column {name}: expected finite numbers")
-
-    def fields(self, name: str) -> Iterator[str]:
-        """Fields of a column, "" of one that is missing."""
-        if self.layout is None:
-            yield from map(str, self.given[name])
-            return
-        index = list(self.names).index(name)
-        for row in self.rows():
-            yield row.fields[index] if index < len(row.fields) else ""
 
     def renamed(self, names: Mapping[str, str], units: Mapping[str, str] | None = None) -> "DataTable":
         """The table with columns under other names, and with units by these; CsvError if one is not there."""

@@ -52,7 +52,7 @@ def times_of(table: DataTable, name: str, guess: bool = False) -> Times:
     if raw is not None and raw.dtype.kind == "O" and table.layout is None and len(raw) and hasattr(raw[0], "isoformat"):
         moments = [moment.replace(tzinfo=None) - (moment.utcoffset() or moment - moment) for moment in raw]
         return Times(name, seconds_since_first(np.array(moments, "datetime64[us]")), True, True)
-    first = next(table.fields(name), "") if table.layout is not None else ""
+    first = next(table.rows()).fields[table.names.index(name)] if table.layout is not None else ""
     if is_time_stamp(first):
         return Times(name, stamps(table, name, first), True, True)
     numbers, unit = table.plain_numbers(name), table.unit(name)

@@ -79,7 +79,6 @@ class FmuTable(NamedTuple):
 def read_columns(file: File, variables: Iterable[str]) -> FmuTable:
     """Table of a file with times that do not go back; its columns are called as variables, or with a unit."""
     table = table_of(file.data, Path(file.place))
-    table.require_full_rows()
     name = require_time(table)
     times = times_of(table, name).seconds
     back = np.flatnonzero(np.diff(times) < 0.0)
