@@ -244,7 +244,8 @@ def print_measured(asked: Asked, amplitude: str, **injection: Any) -> None:
 
 def print_loop(asked: Asked, loop: "Loop") -> dict[str, Any]:
     """Print the poles and margins of a loop, write its pictures, and return them as data."""
-    from maglev.files.text_columns import aligned, poles_text
+    from maglev.files.text_columns import aligned
+    from maglev.linear.model import poles_text
 
     signals = tuple(loop.opening(name) for name in asked.openings or loop.measured)
     typer.echo(f"{loop.closed.name}, sampled every {1e3 * (loop.plant.sample_time or 0.0):g} ms, about "

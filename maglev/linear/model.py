@@ -3,16 +3,19 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
+from math import inf, pi
 from typing import Any
 
 import numpy as np
 
 from maglev.files.arrays import Array, Complex
 from maglev.files.errors import LinearModelError, extra, one_of
-from maglev.files.text_columns import matrix_text, numbered, poles_text
+from maglev.files.text_columns import aligned
 from pmlsm.dq_transform import phase_currents
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.stage_description import StageDescription
+
+SLOWEST = 1e-9   # 1/s, below it a rate is written as 0
 
 
 @dataclass(frozen=True)
@@ -204,3 +207,30 @@ def equivalents(poles: Complex, sample_time: float) -> Complex:
 def slowest_first(rates: Complex) -> Complex:
     """Rates by their real parts, the largest first; of conjugates that with the negative imaginary part first."""
     return rates[np.lexsort((rates.imag, -rates.real))]
+
+
+def numbered(names: Sequence[str], units: dict[str, str]) -> str:
+    return ", ".join(f"{k} {name} ({units[name]})" for k, name in enumerate(names, 1))
+
+
+def matrix_text(title: str, matrix: Array, rows: Sequence[str]) -> str:
+    """Matrix with a name for each row, a number for each column; zeros are dots, a matrix of zeros is its size."""
+    if not matrix.any():
+        return f"{title} = 0, {matrix.shape[0]} × {matrix.shape[1]}"
+    cells = [[title, *(str(k) for k in range(1, matrix.shape[1] + 1))]]
+    cells += [[name, *(f"{value:.6g}" if value else "·" for value in values)]
+              for name, values in zip(rows, matrix, strict=True)]
+    return aligned(cells)
+
+
+def poles_text(rates: Complex) -> str:
+    """Table of rates: real and imaginary part, natural frequency, damping; a pair of conjugates in one row."""
+    cells = [["real (1/s)", "imaginary (rad/s)", "frequency (Hz)", "damping"]]
+    for rate in rates[rates.imag >= 0.0]:
+        size = abs(rate)
+        if size < SLOWEST:
+            cells.append(["0", "", "", ""])
+            continue
+        known = [f"{size / (2.0 * pi):.4g}", f"{-rate.real / size:.3f}"] if size < inf else ["", ""]
+        cells.append([f"{rate.real:.6g}", f"±{rate.imag:.6g}" if rate.imag else "", *known])
+    return aligned(cells)
