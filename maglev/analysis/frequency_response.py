@@ -16,6 +16,7 @@ import numpy as np
 from maglev.analysis.multisine import Grid, crest_factor, make_grid, multisine
 from maglev.analysis.numerical import linearised_here
 from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, make_pair, resting_pair, with_fmus
+from maglev.analysis.participant import Sign, no_sign
 from maglev.analysis.response import FrequencyResponse
 from maglev.cosim.isolated_run import TIMEOUT
 from maglev.files.arrays import Array, Complex
@@ -90,14 +91,14 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
 
 
 def responses_here(asked: AskedPair, signals: tuple[str, ...], amplitude: Quantity, lines: tuple[float, float, int],
-                   seeds: range, periods: int, settle: float, smooth: bool, linear: bool
+                   seeds: range, periods: int, settle: float, smooth: bool, linear: bool, sign: Sign = no_sign
                    ) -> dict[str, FrequencyResponse]:
     pair = make_pair(asked, smooth)
     names = [pair.opening(signal) for signal in signals or pair.stage.axis_names]
     grid = make_grid(*lines, pair.step)
     peaks = [read_amplitude(pair, name, amplitude) for name in names]
-    loop, why_not = linear_loop_of(asked, settle) if linear else (None, "it was not asked for")
-    with resting_pair(pair, settle, strict=False) as rest:
+    loop, why_not = linear_loop_of(asked, settle, sign) if linear else (None, "it was not asked for")
+    with resting_pair(pair, settle, strict=False, sign=sign) as rest:
         return {name: measured_at(rest, name, peak, grid, seeds, periods, loop, why_not)
                 for name, peak in zip(names, peaks, strict=True)}
 
@@ -127,13 +128,13 @@ def read_amplitude(pair: Pair, name: str, amplitude: Quantity) -> float:
     return size
 
 
-def linear_loop_of(asked: AskedPair, settle: float) -> tuple[Loop | None, str]:
+def linear_loop_of(asked: AskedPair, settle: float, sign: Sign) -> tuple[Loop | None, str]:
     """Return the linear loop, from the equations of this project or by differences; or None, and the reason."""
     if asked.plant in plants() and asked.controller in controllers() and asked.sample_time is None:
         plant, law = str(asked.plant), str(asked.controller)
         return linearise_loop(plant, law, asked.at, plant_parameters=asked.plant_parameters,
                               controller_parameters=asked.controller_parameters), ""
-    numerical = linearised_here(asked, (), False, settle)
+    numerical = linearised_here(asked, (), False, settle, sign)
     return numerical.loop, numerical.why_not
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from maglev.analysis.derivatives import Derivative, derivative
 from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, make_pair, resting_pair, with_fmus
+from maglev.analysis.participant import Sign, no_sign
 from maglev.analysis.realisation import Realisation, misfit, realise
 from maglev.analysis.translated import translated_realisation
 from maglev.cosim.isolated_run import TIMEOUT
@@ -164,11 +165,12 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
     return apart(linearised_here, asked.files, timeout, asked, openings, references, settle)
 
 
-def linearised_here(asked: AskedPair, openings: Sequence[str], references: bool, settle: float) -> NumericalLoop:
+def linearised_here(asked: AskedPair, openings: Sequence[str], references: bool, settle: float,
+                    sign: Sign = no_sign) -> NumericalLoop:
     pair = make_pair(asked)
     for name in openings:
         opening_among(name, (*pair.openings, *pair.commands), pair.name)
-    with resting_pair(pair, settle) as rest:
+    with resting_pair(pair, settle, sign=sign) as rest:
         return linearised(rest, references, asked.plant_parameters or {})
 
 

@@ -10,8 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from fmpy.model_description import ModelDescription, ScalarVariable
 
-from maglev.analysis import participant
-from maglev.analysis.participant import Participant
+from maglev.analysis.participant import Participant, Sign, no_sign
 from maglev.cosim.helper_process import called_apart
 from maglev.cosim.isolated_run import TIMEOUT
 from maglev.cosim.master import FmuSetup
@@ -304,17 +303,19 @@ def sample_time_of(stage: StageDescription, name: str, variables: Mapping[str, o
 
 
 @contextmanager
-def resting_pair(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Iterator[Rest]:
+def resting_pair(pair: Pair, settle: float = SETTLE, strict: bool = True, sign: Sign = no_sign) -> Iterator[Rest]:
     """Run a pair until it rests, for `settle` s at most, and mark both its parts there.
 
     The controller steps first, as under the master of `maglev run`: with the measurements at t_k, whose commands the
-    plant then has until t_k+1. LinearModelError if it does not get there or, unless `strict` is False, still moves.
+    plant then has until t_k+1. Both call `sign` now and then. LinearModelError if it does not get there or, unless
+    `strict` is False, still moves.
     """
     settle = positive_time(settle, LinearModelError, f"settle = {settle!r}")
     steps, look = max(2, round(settle / pair.step)), max(2, round(LOOK / pair.step))
     references = list(pair.references.values())
-    with Participant(pair.controller, (*pair.signals, *pair.references), pair.commands, pair.step) as controller, \
-            Participant(pair.plant, pair.commands, tuple(pair.signals.values()), pair.step) as plant:
+    with Participant(pair.controller, (*pair.signals, *pair.references), pair.commands, pair.step,
+                     sign) as controller, \
+            Participant(pair.plant, pair.commands, tuple(pair.signals.values()), pair.step, sign) as plant:
         measured = plant.outputs_now()
         seen: list[list[float]] = []
         given: list[list[float]] = []
@@ -372,5 +373,4 @@ def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float,
 
 def work(function: Callable[..., Any], arguments: Sequence[Any], send: Send) -> Any:
     """Call the function in this process; each step of its runs is a sign of life."""
-    participant.SIGN_OF_LIFE[:] = [partial(send, (0, 1))]
-    return function(*arguments)
+    return function(*arguments, sign=partial(send, (0, 1)))

@@ -21,18 +21,25 @@ FOREVER = 1e6      # s, stop time that is given at the initialization
 OFTEN = 500        # steps between two signs of life
 REPEATED = 1e-12   # relative difference at which the same inputs count as having given the same outputs
 
-SIGN_OF_LIFE: list[Callable[[], object]] = []   # called now and then by whoever steps; for who waits in another process
+Sign = Callable[[], object]   # a sign of life for who waits in another process
+
+
+def no_sign() -> None:
+    """Give no sign of life: nobody waits."""
 
 
 class Participant:
     """An FMU that takes a row of Real inputs and gives a row of Real outputs at each step (s); a context manager.
 
-    `means` says how it gets back to a point: "its saved state" or "its past run again". FmuError if it cannot be
+    `means` says how it gets back to a point: "its saved state" or "its past run again". `sign` is called every `OFTEN`
+    steps. FmuError if it cannot be
     loaded, lacks a variable, or refuses its start values.
     """
 
-    def __init__(self, setup: FmuSetup, inputs: Sequence[str], outputs: Sequence[str], step: float):
+    def __init__(self, setup: FmuSetup, inputs: Sequence[str], outputs: Sequence[str], step: float,
+                 sign: Sign = no_sign):
         self.setup, self.inputs, self.outputs, self.size = setup, tuple(inputs), tuple(outputs), step
+        self.sign = sign
         self.means = ""
         self.past: list[list[float]] = []   # inputs of every step until the point
         self.saved: Any = None
@@ -71,8 +78,7 @@ class Participant:
         self.stepping.at(self.count)
         self.count += 1
         if self.count % OFTEN == 0:
-            for sign in SIGN_OF_LIFE:
-                sign()
+            self.sign()
         return self.outputs_now()
 
     def outputs_now(self) -> list[float]:

@@ -5,6 +5,7 @@ import re
 from collections import deque
 from collections.abc import Callable, Mapping
 from ctypes import addressof, byref, c_bool, c_double, c_int, c_size_t, c_uint32, c_void_p, create_string_buffer
+from itertools import count
 from math import nan
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
@@ -19,6 +20,7 @@ from fmpy.model_description import ModelDescription
 from maglev.cosim.clocks import PUNCTUAL, Ticking, clocks_of
 from maglev.cosim.model_exchange import ENDS, Integration, SolverInterface
 from maglev.files.errors import in_one_line
+from maglev.files.session import SESSION
 
 Listener = Callable[[int, bytes], None]   # told status and text of a message
 
@@ -36,7 +38,16 @@ class Listening(NamedTuple):
     own: bool
 
 
-LISTENERS: dict[bytes | None, Listening] = {}   # of FMI 2.0, by instance name
+class Listeners:
+    """Receivers of the messages of FMI 2.0 by the names of the instances, each of which has a name of its own."""
+
+    def __init__(self) -> None:
+        self.by_name: dict[bytes | None, Listening] = {}
+        self.numbers = count(1)
+
+    def key(self, name: str) -> bytes:
+        """Return a new name for an instance of an FMU with this name."""
+        return f"{name}#{next(self.numbers)}".encode()
 
 
 class Type(NamedTuple):
@@ -65,9 +76,10 @@ class Fmi:
         instance = kind(guid=description.guid, unzipDirectory=str(folder), modelIdentifier=identifier,
                         instanceName=name.decode(), libraryPath=str(own) if own.is_file() else None)
         own_tool = (description.generationTool or "").startswith(OWN_TOOL)
-        LISTENERS[name] = Listening(listener, create_string_buffer(name), own_tool)
+        listening = Listening(listener, create_string_buffer(name), own_tool)
+        SESSION.part(Listeners).by_name[name] = listening
         callbacks = fmi2.fmi2CallbackFunctions()
-        callbacks.componentEnvironment = addressof(LISTENERS[name].environment)
+        callbacks.componentEnvironment = addressof(listening.environment)
         callbacks.logger = LOGGER
         callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
         callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
@@ -204,8 +216,9 @@ def take_message(environment: int | None, instance: bytes | None, status: int, _
     Some FMUs give another name than their instance has, or none. The environment tells them apart; where that is lost,
     too, it was one of those that are not of this project, and all of them are listened to.
     """
-    every = [*LISTENERS.values()]
-    told = ([LISTENERS[instance]] if instance in LISTENERS
+    by_name = SESSION.part(Listeners).by_name
+    every = [*by_name.values()]
+    told = ([by_name[instance]] if instance in by_name
             else [each for each in every if environment == addressof(each.environment)]
             or [each for each in every if not each.own] or every)
     for each in told:

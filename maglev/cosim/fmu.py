@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from ctypes import c_int, c_size_t, c_uint32, c_void_p
 from functools import lru_cache, partial
-from itertools import count
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -23,7 +22,7 @@ from fmpy.validation import validate_model_description
 
 from maglev.cosim.arrays import elements_of, with_elements
 from maglev.cosim.clocks import PERIODIC, TRIGGERED, Ticking, clocks_of
-from maglev.cosim.fmi_versions import DISCARD, FMI3, LISTENERS, WARNING, Fmi, Messages, fmi_of, function_of
+from maglev.cosim.fmi_versions import DISCARD, FMI3, WARNING, Fmi, Listeners, Messages, fmi_of, function_of
 from maglev.cosim.model_exchange import with_solver
 from maglev.cosim.port_map import Scale
 from maglev.descriptions.own_fmus import built_here
@@ -34,12 +33,12 @@ from maglev.files.errors import FmuError, few, in_one_line, nearest, nearest_fil
 from maglev.files.fmi_units import BASE_UNITS, exponents
 from maglev.files.regular_file import regular
 from maglev.files.scratch import naming_full, remove_scratch, scratch_folder
+from maglev.files.session import SESSION
 from maglev.files.units import known_unit, own_number
 from maglev.fmi.parameter import REALS, expected_of
 
 FATAL = 4   # fmi2Fatal, fmi3Fatal
 STATUSES = {DISCARD: "discard", 3: "error", FATAL: "fatal error"}   # FMI's names of those beyond a warning
-COUNT = count(1)   # makes instance names unique
 EXECUTABLE = 0o111       # bits of a file's mode
 IDENTIFIER = re.compile(r"\w[\w.+-]*")   # as lenient as a name that is no path can be
 
@@ -62,7 +61,6 @@ TEMPORARY = ("/tmp", "/var/tmp", "/usr/tmp") if os.name == "posix" else (
 # Faults of a model description, in fmpy's words, that do not matter to a run: many tools write them.
 SMALL_FLAW = re.compile(r"attribute 'generationDateAndTime'|^The (display )?unit .* of variable .* is not defined\.$",
                         re.DOTALL)
-FLAWS: dict[Path, list[str]] = {}   # of model descriptions that were read
 
 
 class Buffer:
@@ -112,14 +110,16 @@ def description_at(name: str, path: Path, _sha256: str) -> ModelDescription:
 
 def checked_description(place: str, path: Path) -> ModelDescription:
     """Model description of an FMU of FMI 2.0 or 3.0 that can be stepped or solved; the place begins an FmuError."""
+    flaws: list[str] = []
     try:
         try:
             description = fmpy.read_model_description(str(regular(path)))
         except (ValidationError, KeyError) as error:   # this one of a display unit whose unit is not defined
-            description, FLAWS[path] = flawed_description(path, error)
+            description, flaws = flawed_description(path, error)
     except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
         said = dangling_reference(path, error) if isinstance(error, KeyError) else ""
         raise FmuError(f"{place} cannot be read as an FMU: {said or in_one_line(error)}") from error
+    description.flaws = flaws   # see `flaw_note`
     if description.fmiVersion != "2.0" and not description.fmiVersion.startswith("3.0"):
         raise FmuError(f"{place} is an FMI {description.fmiVersion} FMU, expected FMI 2.0 or 3.0")
     kind = description.coSimulation or description.modelExchange
@@ -157,9 +157,10 @@ def dangling_reference(path: Path, error: KeyError) -> str:
     return ""
 
 
-def flaw_note(path: Path) -> str:
+def flaw_note(description: ModelDescription) -> str:
     """Sentence about the flaws in the model description of an FMU that runs nevertheless; empty if there are none."""
-    return f"its model description is flawed: {in_one_line(few(found))}" if (found := FLAWS.get(path)) else ""
+    flaws = getattr(description, "flaws", ())
+    return f"its model description is flawed: {in_one_line(few(flaws))}" if flaws else ""
 
 
 def kind_of(variable: ScalarVariable) -> str:
@@ -208,7 +209,7 @@ class Fmu:
         self.fatal = False
         self.folder = unpacking_folder(runs_python(path))
         self.instance: Any = None   # fmpy's object
-        self.key = f"{name}#{next(COUNT)}".encode()
+        self.key = SESSION.part(Listeners).key(name)
         self.fmi = fmi_of(description)
         self.set_functions: dict[str, Any] = {}
         self.get_functions: dict[str, Any] = {}
@@ -261,7 +262,7 @@ class Fmu:
         if self.instance is not None and (not self.fatal or built_here(self.path)):
             self.instance.freeInstance()
         self.instance = None
-        LISTENERS.pop(self.key, None)
+        SESSION.part(Listeners).by_name.pop(self.key, None)
         remove_scratch(self.folder)
 
     def said(self) -> str:
@@ -270,7 +271,7 @@ class Fmu:
 
     def note(self) -> str:
         """Sentence about the messages of the FMU in a run that continued; empty if there are none."""
-        summary, flaws = self.messages.summary(), flaw_note(self.path)
+        summary, flaws = self.messages.summary(), flaw_note(self.description)
         return "; ".join([*([f"{self.name} ({self.path.name}) says: {summary}"] if summary else []),
                           *([f"{self.name} ({self.path.name}) runs, but {flaws}"] if flaws else [])])
 

@@ -6,7 +6,6 @@ it waits for the next task. This is the one way to third-party code, without a p
 the processes that they have started.
 """
 
-import atexit
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -20,13 +19,24 @@ from maglev.files.errors import ControllerError, FmuError
 from maglev.files.interrupts import held_interrupts
 from maglev.files.json_lines import fits
 from maglev.files.scratch import remove_scratch
-from maglev.files.worker_process import SERVING, Forged, Gone, Said, Send, Silent, Task, WorkerProcess
+from maglev.files.session import SESSION
+from maglev.files.worker_process import Forged, Gone, Said, Send, Served, Silent, Task, WorkerProcess
 from maglev.user.source import digests, file_of
 
 STARTED_WITHIN = 60.0   # s, at least, until the first report: no FMU is to blame for a machine that takes its time
 
-WAITING: dict[int, WorkerProcess] = {}              # of the process with that number, which alone can end it
-DESCRIPTIONS: dict[tuple[Path, str], bytes] = {}    # of Python files, by path and digest of everything that is read
+
+class Helper:
+    """The process that waits for a task, and what it has read."""
+
+    def __init__(self) -> None:
+        # of the process with that number, which alone can end it
+        self.waiting: dict[int, WorkerProcess] = {}
+        # of Python files, by path and digest of everything that is read
+        self.descriptions: dict[tuple[Path, str], bytes] = {}
+
+    def close(self) -> None:
+        removed(self.waiting.pop(os.getpid(), None))
 
 
 @contextmanager
@@ -35,8 +45,9 @@ def other_process(keep: bool = False) -> Iterator[tuple[WorkerProcess, Path]]:
 
     With `keep` it waits for another task, unless the block fails. Interrupts are held back but where it is listened to.
     """
+    waiting = SESSION.part(Helper).waiting
     with held_interrupts() as let_through:
-        worker = WAITING.pop(os.getpid(), None)
+        worker = waiting.pop(os.getpid(), None)
         if worker is None or worker.process.poll() is not None:
             removed(worker)
             worker = WorkerProcess(folder_for_any())
@@ -49,7 +60,7 @@ def other_process(keep: bool = False) -> Iterator[tuple[WorkerProcess, Path]]:
             raise
         finally:
             if keep:
-                WAITING[os.getpid()] = worker
+                waiting[os.getpid()] = worker
             else:
                 removed(worker)
 
@@ -66,11 +77,6 @@ def removed(worker: WorkerProcess | None) -> None:
     if worker is not None and worker.folder is not None:
         worker.end()
         remove_scratch(worker.folder)
-
-
-@atexit.register
-def end_waiting() -> None:
-    removed(WAITING.pop(os.getpid(), None))
 
 
 def called_apart(task: Task, names: str, limit: float, kind: Any,
@@ -109,9 +115,10 @@ def read_apart(path: Path, timeout: float = 0.0) -> bytes:
     ControllerError also if the process ends, or takes longer than `STARTED_WITHIN` and `timeout`, s.
     """
     key = (path.absolute(), str(digests(path)))
-    if key in DESCRIPTIONS:
-        return DESCRIPTIONS[key]
-    if any(SERVING):
+    descriptions = SESSION.part(Helper).descriptions
+    if key in descriptions:
+        return descriptions[key]
+    if SESSION.part(Served).third_party:
         return description_text(path)
     limit = max(timeout, STARTED_WITHIN)
     with other_process(keep=True) as (worker, _):
@@ -123,7 +130,7 @@ def read_apart(path: Path, timeout: float = 0.0) -> bytes:
                     f"was not read within {limit:g} s" if isinstance(gone, Silent) else str(gone))
             raise ControllerError(f"{file_of(path)[0].name}: {what}, expected an importable file, and a class that "
                                   "can be instantiated") from None
-    DESCRIPTIONS[key] = text
+    descriptions[key] = text
     return text
 
 

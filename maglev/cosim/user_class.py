@@ -18,7 +18,8 @@ from maglev.cosim.fmi_versions import OWN_TOOL
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.port_map import Scale
 from maglev.files.errors import ControllerError, FmuError
-from maglev.files.worker_process import SERVING
+from maglev.files.session import SESSION
+from maglev.files.worker_process import Served
 from maglev.fmi.build import build_date
 from maglev.fmi.declaration import WrittenDefinition
 from maglev.fmi.model_description import model_description
@@ -114,7 +115,7 @@ class InProcessFmu(Fmu):
 
     def failed(self, call: str, status: int) -> FmuError:
         # In a process of its own no Ctrl-C comes: the class has raised it.
-        if isinstance(self.raised, KeyboardInterrupt) and not any(SERVING):
+        if isinstance(self.raised, KeyboardInterrupt) and not SESSION.part(Served).third_party:
             raise self.raised
         error = FmuError(f"{self.name} ({self.path.name}): {self.said() or call}")
         error.__cause__ = self.raised

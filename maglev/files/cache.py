@@ -4,7 +4,6 @@ A file in it is named after its own digest, in a folder that is named after the 
 as long as its content has that digest, and nobody else can write there.
 """
 
-import atexit
 import errno
 import hashlib
 import json
@@ -16,6 +15,7 @@ from typing import NamedTuple
 
 from maglev.files.regular_file import regular
 from maglev.files.scratch import remove_scratch, scratch_folder
+from maglev.files.session import SESSION
 from maglev.files.whole_file import whole_file
 
 PLACE = "MAGLEV_CACHE"   # environment variable with the folder, instead of the system's
@@ -34,7 +34,15 @@ class Kept(NamedTuple):
         return digest_at(self.path) == self.sha256
 
 
-HERE: dict[tuple[str, str], Kept] = {}   # kept by this process alone, by key and name
+class KeptHere:
+    """What this process alone keeps, by key and name, where the cache cannot be written."""
+
+    def __init__(self) -> None:
+        self.files: dict[tuple[str, str], Kept] = {}
+
+    def close(self) -> None:
+        for entry in self.files.values():
+            remove_scratch(entry.path.parent)
 
 
 def cache_folder() -> Path:
@@ -57,8 +65,8 @@ def key_of(folder: str, *made_of: object) -> str:
 
 def kept(key: str, name: str) -> Kept | None:
     """Return the content under a key, a path in the cache, and a file name; None if it is missing or was changed."""
-    if (key, name) in HERE:
-        return HERE[key, name]
+    if here := SESSION.part(KeptHere).files.get((key, name)):
+        return here
     folder = cache_folder() / key
     for path in sorted(folder.glob(f"*-{name}")) if folder.is_absolute() and is_private(folder) else ():
         entry = Kept(path, path.name.removesuffix(f"-{name}"))
@@ -92,9 +100,8 @@ def keep_here(key: str, name: str, content: bytes) -> Kept:
     try:
         return keep(key, name, content)
     except OSError:
-        folder = scratch_folder()
-        atexit.register(remove_scratch, folder)
-        entry = HERE[key, name] = Kept(folder / name, hashlib.sha256(content).hexdigest())
+        entry = Kept(scratch_folder() / name, hashlib.sha256(content).hexdigest())
+        SESSION.part(KeptHere).files[key, name] = entry
         entry.path.write_bytes(content)
         entry.path.chmod(0o700)
         return entry

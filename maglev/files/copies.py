@@ -4,37 +4,36 @@ import os
 import shutil
 import tempfile
 from collections.abc import Mapping
-from functools import cache
-from multiprocessing import parent_process, util
 from pathlib import Path
 
 from maglev.files.cache import digest_of_all
 from maglev.files.regular_file import regular
 from maglev.files.scratch import naming_full, remove_scratch, scratch_folder
-from maglev.files.worker_process import SERVING
+from maglev.files.session import SESSION
 
-PLACE = "MAGLEV_COPIES"   # environment variable with the folder of the copies, for the processes that this one starts
 ORIGIN = ".origin"        # file next to copies that names the folder that they are from
 
 
-@cache
-def folder_of_copies() -> Path:
-    """Folder of all copies of this process and of those that it starts; it goes with the first of them."""
-    if (SERVING or parent_process() is not None) and PLACE in os.environ:
-        return Path(os.environ[PLACE])
-    folder = scratch_folder()
-    util.Finalize(None, remove_scratch, (folder,), exitpriority=0)
-    os.environ[PLACE] = str(folder)
-    return folder
+class Copies:
+    """The folder of all copies of this process and of those that it starts; it goes with the first of them."""
+
+    def __init__(self, folder: Path | None = None):
+        self.folder = folder or scratch_folder()
+        self.own = folder is None
+
+    def close(self) -> None:
+        if self.own:
+            remove_scratch(self.folder)
 
 
 def copied(files: Mapping[str, bytes], origin: Path) -> Path:
     """Folder with copies of files, by their paths in the folder that they are from; the same of the same content."""
     files = {**files, ORIGIN: os.fsencode(origin.absolute())}
-    copy = folder_of_copies() / digest_of_all(files)[:32]
+    folder = SESSION.part(Copies).folder
+    copy = folder / digest_of_all(files)[:32]
     if not copy.is_dir():
-        unfinished = Path(tempfile.mkdtemp(dir=folder_of_copies()))
-        with naming_full(folder_of_copies()):
+        unfinished = Path(tempfile.mkdtemp(dir=folder))
+        with naming_full(folder):
             for name, data in files.items():
                 path = unfinished / name
                 path.parent.mkdir(parents=True, exist_ok=True)

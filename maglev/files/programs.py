@@ -15,6 +15,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Event
 
+from maglev.files.session import SESSION
+
 LONGEST = 1800.0   # s, in which a program has to end: a compiler takes seconds
 PATIENCE = 10.0    # s, for the system to end killed processes
 
@@ -35,8 +37,13 @@ code = program.wait()
 os._exit(code) if code >= 0 else os.kill(os.getpid(), -code)
 """
 
-RUNNING: set["subprocess.Popen[str]"] = set()   # of `output_of`
-ENDING = Event()                                # programs of `output_of` end at once
+
+class Programs:
+    """The programs that `output_of` runs, and whether they are to end at once."""
+
+    def __init__(self) -> None:
+        self.running: set[subprocess.Popen[str]] = set()
+        self.ending = Event()
 
 
 def end_with_children(process: "subprocess.Popen[bytes] | subprocess.Popen[str]") -> bool:
@@ -68,14 +75,15 @@ def output_of(arguments: Sequence[str | Path], folder: Path, environment: Mappin
 
     TimeoutError, which names the program, if it takes longer than `limit` (s).
     """
+    programs = SESSION.part(Programs)
     kept, end = os.pipe()   # this process alone has the end
     try:
         process = subprocess.Popen([sys.executable, "-I", "-S", "-c", KEEPER, *arguments], cwd=folder, env=environment,
                                    text=True, stdin=kept, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                    start_new_session=True)
-        RUNNING.add(process)
+        programs.running.add(process)
         try:
-            if ENDING.is_set():
+            if programs.ending.is_set():
                 end_with_children(process)
             printed, _ = process.communicate(timeout=limit)
         except subprocess.TimeoutExpired:
@@ -85,7 +93,7 @@ def output_of(arguments: Sequence[str | Path], folder: Path, environment: Mappin
             end_with_children(process)
             raise
         finally:
-            RUNNING.discard(process)
+            programs.running.discard(process)
     finally:
         os.close(kept)
         os.close(end)
@@ -95,15 +103,15 @@ def output_of(arguments: Sequence[str | Path], folder: Path, environment: Mappin
 @contextmanager
 def programs_side_by_side(number: int) -> Iterator[ThreadPoolExecutor]:
     """Run programs in a limited number of threads; if the block fails, these end and no others start."""
-    pool = ThreadPoolExecutor(number)
+    pool, programs = ThreadPoolExecutor(number), SESSION.part(Programs)
     try:
         yield pool
     except BaseException:
-        ENDING.set()
+        programs.ending.set()
         pool.shutdown(wait=False, cancel_futures=True)
-        for process in list(RUNNING):
+        for process in list(programs.running):
             end_with_children(process)
         raise
     finally:
         pool.shutdown()
-        ENDING.clear()
+        programs.ending.clear()

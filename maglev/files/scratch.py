@@ -10,14 +10,21 @@ from contextlib import contextmanager, nullcontext
 from importlib.util import find_spec
 from pathlib import Path
 
+from maglev.files.session import SESSION
+
 PREFIX = "maglev_scratch_"
 MADE = re.compile(f"{PREFIX}[a-z0-9_]{{8}}")   # as `mkdtemp` makes them, for this user alone
 
-LOCKS: dict[Path, int] = {}   # by folder: file descriptors that hold its lock
-LOOKED_THROUGH: set[str] = set()   # folders in which those that were left have been removed
-
 if find_spec("fcntl") is not None:   # not on Windows
     import fcntl
+
+
+class ScratchFolders:
+    """The temporary folders of this process."""
+
+    def __init__(self) -> None:
+        self.locks: dict[Path, int] = {}        # by folder: file descriptors that hold its lock
+        self.looked_through: set[str] = set()   # folders in which those that were left have been removed
 
 
 def scratch_folder(place: str | None = None) -> Path:
@@ -25,15 +32,15 @@ def scratch_folder(place: str | None = None) -> Path:
 
     It is locked for as long as this process lives, whatever ends it: an unlocked folder may be removed.
     """
-    inside = place or tempfile.gettempdir()
-    if inside not in LOOKED_THROUGH:
-        LOOKED_THROUGH.add(inside)
+    inside, folders = place or tempfile.gettempdir(), SESSION.part(ScratchFolders)
+    if inside not in folders.looked_through:
+        folders.looked_through.add(inside)
         remove_leftovers(Path(inside))
     while True:
         folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=inside))
         lock = locked(folder)
         if lock is not None:
-            LOCKS[folder] = lock
+            folders.locks[folder] = lock
         if folder.exists():   # between its making and its lock another process may have taken it for one that was left
             return folder
         remove_scratch(folder)
@@ -41,7 +48,7 @@ def scratch_folder(place: str | None = None) -> Path:
 
 def remove_scratch(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
-    lock = LOCKS.pop(folder, None)
+    lock = SESSION.part(ScratchFolders).locks.pop(folder, None)
     if lock is not None:
         os.close(lock)
 

@@ -22,21 +22,21 @@ from threading import Thread
 from traceback import format_exc
 from typing import Any, Literal, NamedTuple
 
+from maglev.files.copies import Copies
 from maglev.files.errors import FAILURES, in_one_line
 from maglev.files.interrupts import held_interrupts, interrupts_blocked, terminate
 from maglev.files.json_lines import line_of, value_of
 from maglev.files.programs import end_with_children
+from maglev.files.session import SESSION
 
 PATIENCE = 10.0   # s, for a process that is asked to end
 POLL = 0.05       # s, between two looks at a process
 LONGEST = 1 << 30   # bytes of a line from third-party code
-PROGRAM = "import sys; sys.path[:] = {path!r}; from maglev.files.worker_process import serve; serve({folder!r})"
+PROGRAM = ("import sys; sys.path[:] = {path!r}; from maglev.files.worker_process import serve; "
+           "serve({folder!r}, {copies!r})")
 
 Send = Callable[[object], None]   # called by a task with its reports
 Task = Callable[[Send], Any]      # can be pickled, as can its reports and its result
-
-SERVING: list[str | None] = []    # in a worker process: the folder that it was given, if any
-
 
 Kind = Literal["report", "result", "error", "interrupt"]
 
@@ -75,6 +75,13 @@ class Silent(Gone):
     """A process has sent no message for too long."""
 
 
+class Served:
+    """Whether this process is a worker process that runs third-party code."""
+
+    def __init__(self, third_party: bool = False):
+        self.third_party = third_party
+
+
 class WorkerProcess:
     """A process that does tasks for this one.
 
@@ -89,7 +96,8 @@ class WorkerProcess:
         self.inbox: Inbox = inbox or SimpleQueue()
         self.let_through: Callable[[], None] = lambda: None   # lets interrupts through that are held back
         self.left = False   # true if it has ended itself and left something that it has started
-        program = PROGRAM.format(path=sys.path, folder=None if folder is None else str(folder))
+        program = PROGRAM.format(path=sys.path, folder=None if folder is None else str(folder),
+                                 copies=str(SESSION.part(Copies).folder))
         with interrupts_blocked():
             self.process = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE,
                                             stdout=subprocess.PIPE, start_new_session=folder is not None)
@@ -190,12 +198,13 @@ def said_in(line: bytes) -> Said:
 Inbox = SimpleQueue[tuple[WorkerProcess, bytes | None]]
 
 
-def serve(folder: str | None) -> None:
-    """Do tasks in this process as they are asked for; see `WorkerProcess`."""
+def serve(folder: str | None, copies: str) -> None:
+    """Do tasks in this process as they are asked for, with copies in a folder; see `WorkerProcess`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)   # the first process handles it for all
     if folder:
         signal.signal(signal.SIGTERM, signal.SIG_IGN)   # else it ends without a word until a task begins
-    SERVING.append(folder)
+    SESSION.use(Served(bool(folder)))
+    SESSION.use(Copies(Path(copies)))
     if folder:
         tempfile.tempdir = folder   # unpacked files go with it, however this process ends
     given, said = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")

@@ -203,7 +203,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
              for signal in differences}
     outcome = functools.partial(CheckResult, name, deviation=deviation, worst=differences, units=units,
                                 elapsed=time.perf_counter() - begin, notes=tuple(filter(None, (
-                                    expected.said, f"the FMU says: {said}" if said else "", flaw_note(path)))))
+                                    expected.said, f"the FMU says: {said}" if said else "", flaw_note(description)))))
     if deviation is not None:
         return outcome("deviated", deviation_text(deviation, units[deviation.signal]))
     counted = (f"{len(expected.values)} variable{'' if len(expected.values) == 1 else 's'} at "

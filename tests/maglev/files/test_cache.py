@@ -5,22 +5,22 @@ from pathlib import Path
 import pytest
 
 from maglev.files import cache
-from maglev.files.scratch import remove_scratch
+from maglev.files.session import SESSION
 
 
 def test_what_the_cache_cannot_take_is_kept_for_this_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As under a home folder / of a user without one."""
     (tmp_path / "file").touch()
     monkeypatch.setenv(cache.PLACE, str(tmp_path / "file" / "cache"))
-    monkeypatch.setattr(cache, "HERE", {})
-    monkeypatch.setattr("atexit.register", lambda *_: None)
     with pytest.raises(OSError, match="file"):
         cache.keep("loops/1", "loop.so", b"code")
     assert cache.kept("loops/1", "loop.so") is None
-    entry = cache.keep_here("loops/1", "loop.so", b"code")
-    assert entry.intact and entry.path.read_bytes() == b"code" and entry.path.name == "loop.so"
-    assert cache.kept("loops/1", "loop.so") == entry
-    remove_scratch(entry.path.parent)
+    with SESSION.anew():
+        entry = cache.keep_here("loops/1", "loop.so", b"code")
+        assert entry.intact and entry.path.read_bytes() == b"code" and entry.path.name == "loop.so"
+        assert cache.kept("loops/1", "loop.so") == entry
+    assert not entry.path.parent.exists()
+    assert cache.kept("loops/1", "loop.so") is None
 
 
 def test_what_the_cache_can_take_is_kept_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from maglev.files.scratch import LOCKS, LOOKED_THROUGH, PREFIX, scratch
+from maglev.files.scratch import PREFIX, ScratchFolders, scratch
+from maglev.files.session import SESSION
 from maglev.files.whole_file import whole_files, write_whole
 
 HELD = """
@@ -24,10 +25,10 @@ sys.stdin.read()
 # Another process takes a folder for one that was left if it looks between its making and its lock.
 MANY = """
 import sys
-from maglev.files.scratch import LOOKED_THROUGH, scratch
+from maglev.files.scratch import scratch
+from maglev.files.session import SESSION
 for _ in range(300):
-    LOOKED_THROUGH.clear()
-    with scratch(sys.argv[1]) as folder:
+    with SESSION.anew(), scratch(sys.argv[1]) as folder:
         (folder / "file").write_text("mine")
         assert (folder / "file").read_text() == "mine"
 """
@@ -55,11 +56,11 @@ def test_a_killed_process_leaves_nothing_for_long(tmp_path: Path, other: subproc
     other.send_signal(number)
     other.wait()
     assert held.is_dir()
-    LOOKED_THROUGH.discard(str(tmp_path))   # as in the next process
-    with scratch(str(tmp_path)) as folder:
-        assert set(tmp_path.iterdir()) == {stranger, folder}
-    assert list(tmp_path.iterdir()) == [stranger]
-    assert not [path for path in LOCKS if path.parent == tmp_path]   # a fixture may hold one elsewhere
+    with SESSION.anew():   # as in the next process
+        with scratch(str(tmp_path)) as folder:
+            assert set(tmp_path.iterdir()) == {stranger, folder}
+        assert list(tmp_path.iterdir()) == [stranger]
+        assert not SESSION.part(ScratchFolders).locks
 
 
 def test_what_a_person_has_called_so_stays(tmp_path: Path) -> None:

@@ -13,8 +13,9 @@ from command_line import error_line
 from command_line import maglev as command
 
 import maglev
-from maglev.files.copies import folder_of_copies, original
+from maglev.files.copies import Copies, original
 from maglev.files.scratch import PREFIX
+from maglev.files.session import SESSION
 from maglev.runs.preparation import prepare
 from maglev.runs.replacement import Replacement
 from maglev.scenario.loading import load_plan
@@ -145,13 +146,14 @@ def test_refusals_name_the_file_itself(fmus: Path, tmp_path: Path) -> None:
 
 
 def test_copies_go_with_the_process(fmus: Path) -> None:
-    code = ("from pathlib import Path; from maglev.files.copies import folder_of_copies; "
+    code = ("from pathlib import Path; from maglev.files.copies import Copies; "
+            "from maglev.files.session import SESSION; "
             "from maglev.runs.preparation import prepare; from maglev.scenario.loading import load_plan; "
             f"files = prepare(load_plan('2dof-setpoints'), Path({str(fmus)!r}), {{}}, {{}}).files; "
-            "folder = folder_of_copies(); "
+            "folder = SESSION.part(Copies).folder; "
             "assert all(folder in path.parents and path.is_file() for path in files.values()); print(folder)")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
     folder = Path(done.stdout.strip())
     assert folder.name.startswith(PREFIX)
     assert not folder.exists()
-    assert folder != folder_of_copies()
+    assert folder != SESSION.part(Copies).folder
