@@ -29,7 +29,7 @@ from maglev.many.samples import BatchResult, gathered, run_samples
 from maglev.many.study_file import read_study
 from maglev.many.study_plan import PlannedStudy, plan_study
 from maglev.runs.execution import completed_run, whole_metrics
-from maglev.runs.preparation import Experiment, prepare, runs_apart
+from maglev.runs.preparation import Experiment, prepare
 from maglev.runs.results import write_csv, write_parquet
 from maglev.scenario.catalogue import HOST, build
 from maglev.scenario.loading import load_plan
@@ -64,7 +64,7 @@ def timed(way: Callable[[], object]) -> Callable[[], float]:
 
 
 def load_fmus(experiment: Experiment) -> None:
-    with Master([FmuSetup(name, path) for name, path in experiment.files.items()], [], experiment.step):
+    with Master([FmuSetup(name, source) for name, source in experiment.sources.items()], [], experiment.step):
         pass
 
 
@@ -152,7 +152,8 @@ def main() -> int:
         if asked.fmus is None:
             build([fmu.model or "" for fmu in plan.fmus.values()], folder / "native", HOST)
         experiment = prepare(plan, (asked.fmus or folder) / "native", {}, {})
-        if any(map(runs_apart, experiment.files.values())):   # in a process of its own, whose time would not count
+        # in a process of its own, whose time would not count
+        if any(source.runs_apart for source in experiment.sources.values()):
             sys.exit(f"{asked.fmus}: FMUs that this installation did not build, expected those of `maglev build`")
         times = fastest(ways(experiment, folder), too_large, gate)
         samples = {} if gate else study_times(planned_study(asked.fmus or folder, folder))

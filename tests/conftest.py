@@ -19,6 +19,7 @@ from maglev.descriptions.own_fmus import DEFINITIONS
 from maglev.descriptions.registry import STAGES
 from maglev.files.side_by_side import kept_processes, processors
 from maglev.scenario.catalogue import HOST, WASM, build
+from maglev.user.source import FmuFile
 
 NAMES = tuple(DEFINITIONS)
 # Files that take longest, longest first: one that comes last keeps one processor busy, and the others wait. The first
@@ -246,7 +247,7 @@ def loader(folder: Path) -> Iterator[Load]:
 
     def instantiate(name: str) -> Fmu:
         path = folder / f"{name}.fmu"
-        fmus.append(Fmu(name, path, read_description(name, path)))
+        fmus.append(Fmu(name, FmuFile(path), read_description(name, path)))
         return fmus[-1]
 
     yield instantiate

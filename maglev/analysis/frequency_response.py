@@ -86,7 +86,7 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
     signals = (signals,) if isinstance(signals, str) else tuple(signals)
     asked = with_fmus(AskedPair(plant, controller, at, Path(), ports, plant_parameters, controller_parameters,
                                 sample_time, stage), signals, False, fmus, kind, fmi)
-    return apart(responses_here, asked.files, timeout, asked, signals, amplitude, (*ends, lines),
+    return apart(responses_here, asked.sources, timeout, asked, signals, amplitude, (*ends, lines),
                  range(seed, seed + realisations), periods, settle, smooth, linear)
 
 

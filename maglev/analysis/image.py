@@ -16,7 +16,7 @@ from maglev.fmi.definition import FmuDefinition
 from maglev.fmi.freestanding import freestanding
 from maglev.language.errors import ExportError
 from maglev.user.build import Buildable, buildable
-from maglev.user.source import is_written
+from maglev.user.source import PythonFile
 
 # A Cortex-M7 with double precision, and the options that give the bits of the FMU. Each function has a section, so that
 # the linker omits unused functions.
@@ -27,14 +27,12 @@ BOARD = "qemu/board_qemu.c"
 SCRIPT = "qemu/mps2_an500.ld"
 
 
-def generated(controller: str | Path) -> tuple[FmuDefinition, dict[str, str]]:
-    """A controller, and its freestanding C: files by name.
+def generated(controller: str | Path | PythonFile) -> tuple[FmuDefinition, dict[str, str]]:
+    """A controller, by the name of an FMU or in a Python file, and its freestanding C: files by name.
 
-    It is the name of an FMU, or the path of a Python file, perhaps with the name of a class in it. MaglevError if there
-    is none, or it is not what C can have, with file and line.
+    MaglevError if there is none, or it is not what C can have, with file and line.
     """
-    path = Path(controller)
-    with buildable(path, native=True) if is_written(path) else nullcontext(
+    with buildable(controller, native=True) if isinstance(controller, PythonFile) else nullcontext(
             Buildable(definition(str(controller)), {})) as built:
         described = built.definition
         if not described.sampled:

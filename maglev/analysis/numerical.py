@@ -162,7 +162,7 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
     """
     asked = with_fmus(AskedPair(plant, controller, at, Path(), ports, plant_parameters, controller_parameters,
                                 sample_time, stage), openings, True, fmus, kind, fmi)
-    return apart(linearised_here, asked.files, timeout, asked, openings, references, settle)
+    return apart(linearised_here, asked.sources, timeout, asked, openings, references, settle)
 
 
 def linearised_here(asked: AskedPair, openings: Sequence[str], references: bool, settle: float,

@@ -29,11 +29,10 @@ from maglev.linear.loop import opening_among, openings_of
 from maglev.linear.model import Equilibrium
 from maglev.linear.parameters import Quantity, block_of, controllers, plants
 from maglev.linear.places import MotorPlaces
-from maglev.runs.preparation import as_it_is, runs_apart
 from maglev.scenario.fmus_for_runs import fmus_named
 from maglev.user.adoption import know_stage
 from maglev.user.scenario_loop import loop_table
-from maglev.user.source import Given, is_class, is_written, name_of, path_of
+from maglev.user.source import FmuFile, Given, PythonClass, Source, name_of, source_of
 from pmlsm.dq_transform import clarke, park
 from pmlsm.sine_cosine import sine_cosine
 from pmlsm.stage_description import StageDescription
@@ -150,17 +149,17 @@ class AskedPair:
     stage: str | Path | None = None
 
     @property
-    def files(self) -> list[Path]:
-        """Files that the user names, or paths that stand for a class."""
-        return [path_of(given) for given in (self.plant, self.controller) if given not in (*plants(), *controllers())]
+    def sources(self) -> list[Source]:
+        """FMUs and classes of the user."""
+        return [source_of(given) for given in (self.plant, self.controller) if given not in (*plants(), *controllers())]
 
 
 class Part(NamedTuple):
-    """A requested plant or controller: its role, its name, its file, its names for the ports, and its description."""
+    """A requested plant or controller: its role, its name, its source, its names for the ports, and its description."""
 
     role: str
     name: str
-    file: Path
+    source: Source
     ports: PortMap | None
     description: ModelDescription
 
@@ -170,7 +169,7 @@ class Part(NamedTuple):
 
     def setup(self, start: Mapping[str, float | bool], settings: Settings | None) -> FmuSetup:
         """It with start values, and settings of the user's instead of some of them."""
-        return FmuSetup(self.role, self.file, {**start, **read_values(self.name, settings or {}, self.description)},
+        return FmuSetup(self.role, self.source, {**start, **read_values(self.name, settings or {}, self.description)},
                         self.ports)
 
 
@@ -237,15 +236,16 @@ def require_names(asked: AskedPair, signals: Sequence[str], commands: bool) -> N
 def part_of(role: str, given: Given, known: Collection[str], fmus: Path, maps: Mapping[str, PortMap]) -> Part:
     """Return a plant or a controller that a user gives, by a known name or by its file."""
     if given in known:
-        name, file = str(given), current_fmu(str(given), fmus)
+        name = str(given)
+        source: Source = FmuFile(current_fmu(name, fmus))
     else:
-        if isinstance(given, str) and not (Path(given).suffix or Path(given).exists() or is_written(Path(given))):
+        if isinstance(given, str) and not (Path(given).suffix or Path(given).exists()):
             otherwise = f"{or_of_own_stage()}, or the path of an FMU or a Python file"
             raise LinearModelError(f"{given!r} is no {role}, expected {one_of(given, known, otherwise)}")
-        name, file = name_of(given), as_it_is(path_of(given))
-    description = read_description(role, file)
+        name, source = name_of(given), source_of(given).copy()
+    description = read_description(role, source)
     apply(maps.get(role, PortMap()), description)
-    return Part(role, name, file, maps.get(role), description)
+    return Part(role, name, source, maps.get(role), description)
 
 
 def pair_wires(stage: StageDescription, parts: Mapping[str, Part]) -> tuple[dict[str, str], tuple[str, ...]]:
@@ -352,21 +352,21 @@ def equilibrium_from(pair: Pair, positions: dict[str, float], commands: Array) -
     return Equilibrium(positions, tuple(d for d, _ in dq), tuple(q for _, q in dq), pair.stage, along, geometries)
 
 
-def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float, *arguments: Any) -> Found:
-    """Call a function here, or where one of the files that it runs is not of this project, in another process.
+def apart(function: Callable[..., Found], sources: Sequence[Source], timeout: float, *arguments: Any) -> Found:
+    """Call a function here, or where one of the sources that it runs is not of this project, in another process.
 
     `timeout` is the longest time without a step, s, `TIMEOUT` at least. FmuError if the process dies, or a step takes
-    too long; ControllerError if one of the files stands for a class, which only this process knows, and another has to
-    run elsewhere.
+    too long; ControllerError if one of the sources is a class, which only this process knows, and another has to run
+    elsewhere.
     """
-    foreign = [path for path in files if runs_apart(path)]
+    foreign = [source for source in sources if source.runs_apart]
     if not foreign:
         return function(*arguments)
-    for path in files:
-        if is_class(path):
-            raise ControllerError(f"{path}: a class runs in this process only, but {foreign[0].name} runs in another "
+    for source in sources:
+        if isinstance(source, PythonClass):
+            raise ControllerError(f"{source}: a class runs in this process only, but {foreign[0].name} runs in another "
                                   "one; give the file of the class")
-    names, kind = " or ".join(path.name for path in foreign), hints(function)["return"]
+    names, kind = " or ".join(source.name for source in foreign), hints(function)["return"]
     answer: Found = called_apart(partial(work, function, arguments), names, max(timeout, TIMEOUT), kind)
     return answer
 

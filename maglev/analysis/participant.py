@@ -52,9 +52,9 @@ class Participant:
         self.fmu.close()
 
     def begin(self) -> None:
-        description = read_description(self.setup.name, self.setup.path)
+        description = read_description(self.setup.name, self.setup.source)
         scales = {} if self.setup.ports is None else apply(self.setup.ports, description)
-        self.fmu: Fmu = open_fmu(self.setup.name, self.setup.path, description, scales)
+        self.fmu: Fmu = open_fmu(self.setup.name, self.setup.source, description, scales)
         self.given, self.setting = self.row("Set", self.inputs)
         self.got, self.getting = self.row("Get", self.outputs)
         self.stepping, = step_calls(self.fmu, self.size, 0, Rate())
@@ -117,7 +117,7 @@ class Participant:
             for inputs in self.past:
                 answer = self.step(inputs)
             if not np.allclose(answer, self.last, rtol=REPEATED, atol=REPEATED):
-                raise LinearModelError(f"{self.setup.name} ({self.setup.path.name}) gave other outputs for the same "
+                raise LinearModelError(f"{self.setup.name} ({self.setup.source.name}) gave other outputs for the same "
                                        "inputs, expected a deterministic controller")
         else:
             fmu.instance.setFMUState(self.saved)

@@ -11,7 +11,7 @@ from maglev.files.arrays import Array
 from maglev.fmi.definition import write
 from maglev.language.program import Untranslatable
 from maglev.linear.tangent import derivatives
-from maglev.user.source import is_class, load
+from maglev.user.source import PythonFile
 
 
 def translated_realisation(part: Participant, base: Array, inputs: int) -> tuple[Realisation, tuple[str, ...]] | None:
@@ -23,11 +23,11 @@ def translated_realisation(part: Participant, base: Array, inputs: int) -> tuple
     which the first so many are those of the model. None of an FMU, of a class that no file has, that is not sampled as
     its loop, or that has what no native FMU can have.
     """
-    fmu, path = part.fmu, part.setup.path
-    if not isinstance(fmu, WrittenController) or is_class(path) or part.setup.ports is not None:
+    fmu, source = part.fmu, part.setup.source
+    if not (isinstance(fmu, WrittenController) and isinstance(source, PythonFile)) or part.setup.ports is not None:
         return None
     part.back()
-    law, definition = fmu.slave.block.law, load(path).definition
+    law, definition = fmu.slave.block.law, source.load().definition
     if not definition.sampled or law.sample_time != part.size:
         return None
     places = {v.name: v.place.removeprefix("law.") for v in definition.variables}

@@ -17,7 +17,7 @@ from maglev.scenario.options import KindName
 from maglev.scenario.scenario_system import build_scenario
 from maglev.scenario.shipped import take_native
 from maglev.user.adoption import know_stage
-from maglev.user.source import Given, carried, is_written, load
+from maglev.user.source import Given, PythonFile, carried
 
 
 @dataclass(frozen=True)
@@ -157,8 +157,8 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
         if plan.stage_file is not None:
             know_stage(plan.stage_file)
         return build_scenario(plan, folder, Kind(native, target, fmi))
-    files = [Path(name) for name in given if is_written(Path(name))]
-    chosen = [str(name) for name in given if not is_written(Path(name))]
+    files = [block for block in given if isinstance(block, PythonFile)]
+    chosen = [str(block) for block in given if not isinstance(block, PythonFile)]
     if source is not None:
         if not native or target != "all" or stage is not None or files:
             raise ScenarioError(f"{option('source', str(source))}: needs {option('kind', 'native')}, and has FMUs of "
@@ -166,19 +166,19 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
         return take_native(map(str, given or all_of), Path(source), folder, fmi, clocked)
     require_different_names(files, chosen if given else all_of)
     form = Kind(native, target, fmi, clocked)
-    written = [build_written(path, folder, form) for path in files]
+    written = [build_written(file, folder, form) for file in files]
     chosen = chosen if given else all_of
     ours = build_named(chosen, folder, form, watch) if chosen else []
     if ours and native and target != "wasm" and (lacking := without_step_loop()):
         (say or warn)(lacking)
     for path, file in zip(written, files, strict=True):
-        if needed := () if native else load(file).requires:
+        if needed := () if native else file.load().requires:
             (say or warn)(f"{path} does not contain {', '.join(needed)}: the Python of who imports it needs "
                                    f"{'them' if len(needed) > 1 else 'it'}")
     return [*ours, *written]
 
 
-def require_different_names(files: Iterable[Path], names: Iterable[str]) -> None:
+def require_different_names(files: Iterable[PythonFile], names: Iterable[str]) -> None:
     """Raise an error if two classes, or a class and an FMU built with it, have one name: files get these names."""
     from maglev.cosim.open import read_description  # in another process, which a file may end when it is imported
 

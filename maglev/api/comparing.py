@@ -27,7 +27,7 @@ from maglev.scenario.layers import Scenario
 from maglev.scenario.loading import load_plan
 from maglev.scenario.options import RunOptions, takes_run_options
 from maglev.scenario.run_plan import RunPlan
-from maglev.user.source import Given, file_of, is_written, name_of
+from maglev.user.source import Given, file_source, name_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -172,7 +172,7 @@ def compare(runs: Scenario | Iterable[Run] | Mapping[str, Run], controllers: Con
 
 def is_file(path: Path) -> bool:
     """Return True if a path, perhaps with the name of a class, names an existing file."""
-    return path.is_file() or (is_written(path) and file_of(path)[0].is_file())
+    return file_source(path).path.is_file()
 
 
 def labelled(controllers: Controllers) -> dict[str, Given]:

@@ -11,13 +11,13 @@ from maglev.files.side_by_side import Say, Watch, unwatched, warn
 from maglev.identification.model_file import model_settings
 from maglev.runs.parameter_file import parameter_values
 from maglev.runs.preparation import Experiment, know_stage_of
-from maglev.runs.replacement import Replacement, named_or_path
+from maglev.runs.replacement import Replacement, named_or_source
 from maglev.runs.selection import prepare_all
 from maglev.scenario.fmus_for_runs import fmus_for_runs
 from maglev.scenario.options import RunOptions, completed_options
 from maglev.scenario.run_plan import RunPlan, StartValue
 from maglev.scenario.settings import start_values
-from maglev.user.source import copy_of, is_written
+from maglev.user.source import FmuFile, PythonFile
 
 
 def experiments_of(plans: Sequence[RunPlan], options: RunOptions, say: Say = warn, watch: Watch = unwatched,
@@ -28,17 +28,17 @@ def experiments_of(plans: Sequence[RunPlan], options: RunOptions, say: Say = war
     for plan in plans:
         know_stage_of(plan)
     settings = starts(plans, options)
-    given = {name: named_or_path(name, fmu, plans) for name, fmu in
+    given = {name: named_or_source(name, fmu, plans) for name, fmu in
              (("plant", options["plant"]), ("controller", options["controller"])) if fmu is not None}
     maps = port_maps(given, options)
-    for name, path in given.items():
-        if isinstance(path, Path) and is_written(path):
-            read_description(name, copy_of(path), float(options["timeout"]))   # its import may take that, too
+    for name, source in given.items():
+        if isinstance(source, PythonFile):
+            read_description(name, source.copy(), float(options["timeout"]))   # its import may take that, too
     needed = [fmu.model for plan in plans for name, fmu in plan.fmus.items() if fmu.model and name not in given]
     needed += [name for name in given.values() if isinstance(name, str)]
     folder = fmus_for_runs(needed, options["fmus"], options["kind"], options["fmi"], everywhere=everywhere, say=say,
                            watch=watch)
-    replaced = {name: Replacement(own_fmu(fmu, folder) if isinstance(fmu, str) else fmu,
+    replaced = {name: Replacement(FmuFile(own_fmu(fmu, folder)) if isinstance(fmu, str) else fmu,
                                   maps.get(name, PortMap()), options["keep_settings"])
                 for name, fmu in given.items()}
     return prepare_all(plans, folder, replaced, settings, options)

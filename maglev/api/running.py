@@ -387,7 +387,7 @@ def say_notes(experiments: Iterable[Experiment], say: Say) -> None:
     for experiment in experiments:
         if experiment.put_in and not experiment.fits():
             continue   # the run itself raises this error: its start values are not news
-        sentences += start_value_notes(experiment.plan, experiment.files, experiment.left_out, experiment.put_in)
+        sentences += start_value_notes(experiment.plan, experiment.sources, experiment.left_out, experiment.put_in)
         sentences += experiment.notes
     for sentence in dict.fromkeys(sentences):
         say(sentence)

@@ -44,7 +44,7 @@ from maglev.scenario.loading import load_plan
 from maglev.scenario.options import OPTIONS, RunOptions, seconds, takes_run_options
 from maglev.scenario.settings import start_values
 from maglev.user.new_stage import seen_from, toml_file, write_new
-from maglev.user.source import carried, is_written
+from maglev.user.source import PythonFile, Source, carried, source_of
 
 Vary = Mapping[str, Sequence[float | int | bool | str] | npt.NDArray[Any] | str]
 
@@ -274,28 +274,29 @@ def made_ready(study: StudyFile | TuneFile, path: Path, options: RunOptions, sch
     native = options.get("kind") == "native" or (options.get("fmus") is None and compiles(options.get("kind")))
     plan = load_plan(scenario)
     named = {name: fmu.file for name, fmu in plan.fmus.items() if name not in put_in and fmu.file is not None}
-    written = {str(path) for path in (*named.values(), *put_in.values()) if is_written(Path(path))}
+    sources = {given: source_of(given) for given in (*named.values(), *put_in.values())}
+    written = {source for source in sources.values() if isinstance(source, PythonFile)}
     with scratch() as folder:
-        made = {path: fmu_of(path, folder / str(number), native, everywhere, say)
-                for number, path in enumerate(sorted(written))}
+        made: dict[Source, Path] = {source: fmu_of(source, folder / str(number), native, everywhere, say)
+                                    for number, source in enumerate(sorted(written, key=str))}
         plan = plan.model_copy(update={"fmus": {
-            name: fmu.model_copy(update={"file": str(made[named[name]])}) if named.get(name) in made else fmu
-            for name, fmu in plan.fmus.items()}})
-        built = cast("RunOptions", {role: made.get(str(given), given) for role, given in put_in.items()})
+            name: fmu.model_copy(update={"file": str(made[sources[named[name]]])})
+            if name in named and sources[named[name]] in made else fmu for name, fmu in plan.fmus.items()}})
+        built = cast("RunOptions", {role: made.get(sources[given], given) for role, given in put_in.items()})
         experiment, = experiments_of([plan], {**options, **built}, say, watch, everywhere)
         say_notes([experiment], say)
         yield experiment, run
 
 
-def fmu_of(path: str, folder: Path, native: bool, everywhere: bool, say: Say) -> Path:
+def fmu_of(source: PythonFile, folder: Path, native: bool, everywhere: bool, say: Say) -> Path:
     """Build the FMU of a Python file into its own folder: several files can have classes of the same name."""
     folder.mkdir()
     if native:
         try:
-            return build_written(Path(path), folder, Kind(native=True) if everywhere else HOST)
+            return build_written(source, folder, Kind(native=True) if everywhere else HOST)
         except BuildError as error:
-            say(f"{path} runs in Python, which is slow, because it cannot be native: {error}")
-    return build_written(Path(path), folder)
+            say(f"{source} runs in Python, which is slow, because it cannot be native: {error}")
+    return build_written(source, folder)
 
 
 def file_or_name(path: Path) -> str:

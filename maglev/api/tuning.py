@@ -20,7 +20,7 @@ from maglev.many.tuning_search import SearchResult, gains_toml, search, show_res
 from maglev.scenario.loading import load_plan
 from maglev.scenario.options import RunOptions, takes_run_options
 from maglev.user.new_stage import seen_from, toml_file, write_new
-from maglev.user.source import load
+from maglev.user.source import PythonFile, file_source
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,10 @@ def new_tuning(path: str | Path, scenario: str | Path, controller: str | Path | 
 
 def searched_of(controller: Path) -> list[tuple[str, float, float]]:
     """Parameters of a controller in Python with half and twice the value that each begins with."""
-    definition = load(controller).definition
+    source = file_source(controller)
+    if not isinstance(source, PythonFile):
+        raise ScenarioError(f"{option('controller', str(controller))}: expected a Python file, such as lqi.py")
+    definition = source.load().definition
     starts = {variable.name: definition.start_value(variable) for variable in definition.variables
               if variable.causality == "parameter" and variable.name != "sample_time"}
     found = [(name, min(0.5 * start, 2.0 * start), max(0.5 * start, 2.0 * start)) for name, start in starts.items()

@@ -25,7 +25,6 @@ from maglev.cosim.clocks import PERIODIC, TRIGGERED, Ticking, clocks_of
 from maglev.cosim.fmi_versions import DISCARD, FMI3, WARNING, Fmi, Listeners, Messages, fmi_of, function_of
 from maglev.cosim.model_exchange import with_solver
 from maglev.cosim.port_map import Scale
-from maglev.descriptions.own_fmus import built_here
 from maglev.files.cache import digest_at
 from maglev.files.copies import original
 from maglev.files.environment import MOST_UNPACKED, number_in
@@ -36,6 +35,7 @@ from maglev.files.scratch import naming_full, remove_scratch, scratch_folder
 from maglev.files.session import SESSION
 from maglev.files.units import known_unit, own_number
 from maglev.fmi.parameter import REALS, expected_of
+from maglev.user.source import FmuFile, Source
 
 FATAL = 4   # fmi2Fatal, fmi3Fatal
 STATUSES = {DISCARD: "discard", 3: "error", FATAL: "fatal error"}   # FMI's names of those beyond a warning
@@ -110,16 +110,11 @@ def description_at(name: str, path: Path, _sha256: str) -> ModelDescription:
 
 def checked_description(place: str, path: Path) -> ModelDescription:
     """Model description of an FMU of FMI 2.0 or 3.0 that can be stepped or solved; the place begins an FmuError."""
-    flaws: list[str] = []
     try:
-        try:
-            description = fmpy.read_model_description(str(regular(path)))
-        except (ValidationError, KeyError) as error:   # this one of a display unit whose unit is not defined
-            description, flaws = flawed_description(path, error)
+        description = copy(described(path, digest_at(path))[0])
     except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
         said = dangling_reference(path, error) if isinstance(error, KeyError) else ""
         raise FmuError(f"{place} cannot be read as an FMU: {said or in_one_line(error)}") from error
-    description.flaws = flaws   # see `flaw_note`
     if description.fmiVersion != "2.0" and not description.fmiVersion.startswith("3.0"):
         raise FmuError(f"{place} is an FMI {description.fmiVersion} FMU, expected FMI 2.0 or 3.0")
     kind = description.coSimulation or description.modelExchange
@@ -129,6 +124,15 @@ def checked_description(place: str, path: Path) -> ModelDescription:
         raise FmuError(f"{place} has modelIdentifier = {shortened(kind.modelIdentifier)}, expected letters, digits and "
                        "underscores")
     return description
+
+
+@lru_cache(maxsize=64)
+def described(path: Path, _sha256: str) -> tuple[ModelDescription, list[str]]:
+    """Model description of a file and its small flaws, read once for each content; errors are those of fmpy."""
+    try:
+        return fmpy.read_model_description(str(regular(path))), []
+    except (ValidationError, KeyError) as error:   # this one of a display unit whose unit is not defined
+        return flawed_description(path, error)
 
 
 def flawed_description(path: Path, error: Exception) -> tuple[ModelDescription, list[str]]:
@@ -157,9 +161,9 @@ def dangling_reference(path: Path, error: KeyError) -> str:
     return ""
 
 
-def flaw_note(description: ModelDescription) -> str:
+def flaw_note(path: Path) -> str:
     """Sentence about the flaws in the model description of an FMU that runs nevertheless; empty if there are none."""
-    flaws = getattr(description, "flaws", ())
+    _, flaws = described(path, digest_at(path))
     return f"its model description is flawed: {in_one_line(few(flaws))}" if flaws else ""
 
 
@@ -199,15 +203,16 @@ class Fmu:
     `scales` converts the variables, by name, that the FMU does not count in SI units.
     """
 
-    def __init__(self, name: str, path: Path, description: ModelDescription, scales: Mapping[str, Scale] | None = None):
+    def __init__(self, name: str, source: Source, description: ModelDescription,
+                 scales: Mapping[str, Scale] | None = None):
         self.name = name
-        self.path = path
+        self.source = source
         self.description = description
         self.scales = scales or {}
         self.variables: dict[str, ScalarVariable] = {v.name: v for v in description.modelVariables}
         self.messages = Messages()
         self.fatal = False
-        self.folder = unpacking_folder(runs_python(path))
+        self.folder = unpacking_folder(isinstance(source, FmuFile) and runs_python(source.path))
         self.instance: Any = None   # fmpy's object
         self.key = SESSION.part(Listeners).key(name)
         self.fmi = fmi_of(description)
@@ -218,11 +223,13 @@ class Fmu:
             self.load()
         except Exception as error:
             self.close()
-            raise FmuError(f"{name}: {original(path)} cannot be loaded: {self.said() or error}") from error
+            shown = original(source.path) if isinstance(source, FmuFile) else source
+            raise FmuError(f"{name}: {shown} cannot be loaded: {self.said() or error}") from error
 
     def load(self) -> None:
         """Unpack, load and instantiate the FMU, with its messages going to `messages`."""
-        unpack(self.path, self.folder)
+        assert isinstance(self.source, FmuFile)
+        unpack(self.source.path, self.folder)
         with LOADING:
             instance = self.fmi.instantiated(self.description, self.folder, self.key, self.take_message)
         self.instance = instance
@@ -259,7 +266,7 @@ class Fmu:
     def close(self) -> None:
         # After fmi2Fatal FMI forbids every call. The FMUs of this project can be freed all the same, and should be:
         # pythonfmu's binary reads freed memory at the end of a process in which it is still loaded.
-        if self.instance is not None and (not self.fatal or built_here(self.path)):
+        if self.instance is not None and (not self.fatal or self.source.built_here):
             self.instance.freeInstance()
         self.instance = None
         SESSION.part(Listeners).by_name.pop(self.key, None)
@@ -271,9 +278,10 @@ class Fmu:
 
     def note(self) -> str:
         """Sentence about the messages of the FMU in a run that continued; empty if there are none."""
-        summary, flaws = self.messages.summary(), flaw_note(self.description)
-        return "; ".join([*([f"{self.name} ({self.path.name}) says: {summary}"] if summary else []),
-                          *([f"{self.name} ({self.path.name}) runs, but {flaws}"] if flaws else [])])
+        summary = self.messages.summary()
+        flaws = flaw_note(self.source.path) if isinstance(self.source, FmuFile) else ""
+        return "; ".join([*([f"{self.name} ({self.source.name}) says: {summary}"] if summary else []),
+                          *([f"{self.name} ({self.source.name}) runs, but {flaws}"] if flaws else [])])
 
     def require(self, call: str, status: int) -> None:
         """Raise for a call that returned a status beyond a warning; count one that returned a warning."""
@@ -288,12 +296,12 @@ class Fmu:
         self.fatal = self.fatal or status == FATAL
         word = STATUSES.get(status, f"status {status}")
         what = f"the step ({call}: {word})" if call == f"{self.fmi.prefix}DoStep" else f"{call} ({word})"
-        return FmuError(f"{self.name} ({self.path.name}) refused {what}: {self.said() or 'it gave no message'}")
+        return FmuError(f"{self.name} ({self.source.name}) refused {what}: {self.said() or 'it gave no message'}")
 
     def variable(self, name: str) -> ScalarVariable:
         """A variable by its name; FmuError with the nearest name if there is none."""
         if name not in self.variables:
-            raise FmuError(f"{self.name} ({self.path.name}) has no variable {name}; {nearest(name, self.variables)}")
+            raise FmuError(f"{self.name} ({self.source.name}) has no variable {name}; {nearest(name, self.variables)}")
         return self.variables[name]
 
     def reset(self) -> None:
@@ -324,7 +332,7 @@ class Fmu:
         except FmuError:
             raise
         except Exception as error:
-            raise FmuError(f"{self.name} ({self.path.name}) refused its initialization: "
+            raise FmuError(f"{self.name} ({self.source.name}) refused its initialization: "
                            f"{self.said() or error}") from error
 
     def set_text(self, name: str, text: str) -> None:

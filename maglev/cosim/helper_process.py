@@ -9,6 +9,7 @@ the processes that they have started.
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from maglev.files.json_lines import fits
 from maglev.files.scratch import remove_scratch
 from maglev.files.session import SESSION
 from maglev.files.worker_process import Forged, Gone, Said, Send, Served, Silent, Task, WorkerProcess
-from maglev.user.source import digests, file_of
+from maglev.user.source import Digests, PythonFile
 
 STARTED_WITHIN = 60.0   # s, at least, until the first report: no FMU is to blame for a machine that takes its time
 
@@ -32,8 +33,8 @@ class Helper:
     def __init__(self) -> None:
         # of the process with that number, which alone can end it
         self.waiting: dict[int, WorkerProcess] = {}
-        # of Python files, by path and digest of everything that is read
-        self.descriptions: dict[tuple[Path, str], bytes] = {}
+        # of Python files, by absolute path and digests of everything that is read
+        self.descriptions: dict[tuple[PythonFile, Digests], bytes] = {}
 
     def close(self) -> None:
         removed(self.waiting.pop(os.getpid(), None))
@@ -109,30 +110,30 @@ def checked(said: Said, kind: Any) -> Any:
     return said.what
 
 
-def read_apart(path: Path, timeout: float = 0.0) -> bytes:
-    """Model description of the class that the path of a Python file names, which is imported in another process.
+def read_apart(source: PythonFile, timeout: float = 0.0) -> bytes:
+    """Model description of the class in a Python file, which is imported in another process.
 
     ControllerError also if the process ends, or takes longer than `STARTED_WITHIN` and `timeout`, s.
     """
-    key = (path.absolute(), str(digests(path)))
+    key = (replace(source, path=source.path.absolute()), source.digests())
     descriptions = SESSION.part(Helper).descriptions
     if key in descriptions:
         return descriptions[key]
     if SESSION.part(Served).third_party:
-        return description_text(path)
+        return description_text(source)
     limit = max(timeout, STARTED_WITHIN)
     with other_process(keep=True) as (worker, _):
-        worker.ask(partial(describe, path))
+        worker.ask(partial(describe, source))
         try:
             text: bytes = checked(worker.next(limit), bytes)
         except Gone as gone:
             what = (f"ended the process that reads it with {gone.how}" if gone.how else
                     f"was not read within {limit:g} s" if isinstance(gone, Silent) else str(gone))
-            raise ControllerError(f"{file_of(path)[0].name}: {what}, expected an importable file, and a class that "
+            raise ControllerError(f"{source.path.name}: {what}, expected an importable file, and a class that "
                                   "can be instantiated") from None
     descriptions[key] = text
     return text
 
 
-def describe(path: Path, _send: Send) -> bytes:
-    return description_text(path)
+def describe(source: PythonFile, _send: Send) -> bytes:
+    return description_text(source)

@@ -22,14 +22,12 @@ from maglev.cosim.fmi_versions import FMI2, FMI3
 from maglev.cosim.helper_process import checked, other_process
 from maglev.cosim.master import PROGRESS_STEPS, FmuSetup, Master, Observer, Recording, RunFailed, countable, ended
 from maglev.cosim.wiring import Call, Drives, Wiring
-from maglev.descriptions.own_fmus import built_here
 from maglev.files.cache import Kept
 from maglev.files.errors import FmuError, Interrupted, ended_by, signal_of
 from maglev.files.regular_file import regular
 from maglev.files.side_by_side import Progress
 from maglev.files.time_grid import whole_steps
 from maglev.files.worker_process import PATIENCE, Forged, Gone, Send, Silent, WorkerProcess
-from maglev.user.source import is_written
 
 TIMEOUT = 60.0   # s, after which an FMU that says nothing is taken to hang
 COUNTER = "calls"   # file with the number of calls that were begun
@@ -307,10 +305,10 @@ class Follower:
     def foreign(self) -> str:
         """Names of the running FMUs that are not of this project."""
         return " or ".join(self.name(setup.name) for setup in self.job.setups
-                           if is_written(setup.path) or not built_here(setup.path)) or STARTING.fmu
+                           if not setup.source.built_here) or STARTING.fmu
 
     def name(self, fmu: str) -> str:
-        return next((f"{fmu} ({setup.path.name})" for setup in self.job.setups if setup.name == fmu), fmu)
+        return next((f"{fmu} ({setup.source.name})" for setup in self.job.setups if setup.name == fmu), fmu)
 
 
 def read_track(path: Path, names: int, rows: int) -> tuple[npt.NDArray[Any], int]:

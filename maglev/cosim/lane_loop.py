@@ -23,7 +23,7 @@ from maglev.cosim.step_loop import in_c
 from maglev.cosim.wiring import Call, Track, Wiring
 from maglev.descriptions.own_fmus import definition, installed, own_build
 from maglev.files.arrays import Array
-from maglev.files.cache import BLOCK_LOOPS, Kept, digest_at, keep_here, kept, key_of
+from maglev.files.cache import BLOCK_LOOPS, Kept, keep_here, kept, key_of
 from maglev.files.installed import code
 from maglev.fmi.block_code import c_path
 from maglev.fmi.compiler import FLAGS, library
@@ -35,6 +35,7 @@ from maglev.language.lanes import LanesText, helper_text
 from maglev.language.program import Function, Struct
 from maglev.language.statements import Program
 from maglev.user.blocks import Variables, built_definition
+from maglev.user.source import FmuFile
 
 SOURCE = HERE / "lane_loop.c"
 LOOP_FILE = "loop.c"
@@ -422,7 +423,8 @@ def lane_loop(wiring: Wiring, seen: Sequence[str], amounts: Sequence[str], varie
     text = LaneCode(wiring, parts, varied or NOTHING, vectors.width)
     if not {*seen, *amounts} - {""} <= {*text.places}:
         return None
-    place = key_of(BLOCK_LOOPS, sorted(files.items()), [digest_at(fmu.path) for fmu in fmus.values()], text.form,
+    sha256s = [sha256 for fmu in fmus.values() for _, sha256 in fmu.source.digests()]
+    place = key_of(BLOCK_LOOPS, sorted(files.items()), sha256s, text.form,
                    [*seen], [*amounts], SOURCE.read_text(encoding="utf-8"), FLAGS, host, code())
     name = f"maglev_lanes_{vectors.processor}{host.ending}"
     path = kept(place, name)
@@ -437,5 +439,7 @@ def lane_loop(wiring: Wiring, seen: Sequence[str], amounts: Sequence[str], varie
 
 def known_definition(fmu: Fmu) -> FmuDefinition | None:
     """Definition of an FMU that this installation builds, or that this process has built of a user's class."""
-    build = own_build(fmu.path)
-    return built_definition(fmu.path) if build is None else definition(build.name)
+    if not isinstance(fmu.source, FmuFile):
+        return None
+    build = own_build(fmu.source.path)
+    return built_definition(fmu.source.path) if build is None else definition(build.name)

@@ -7,9 +7,8 @@ already see. With the controller first and the plant second this is the sampled 
 import signal
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import InitVar, dataclass, field, replace
 from functools import partial
-from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
@@ -37,7 +36,7 @@ from maglev.files.interrupts import held_interrupts
 from maglev.files.side_by_side import Progress
 from maglev.files.time_grid import whole_steps
 from maglev.files.units import positive_time, refused_as
-from maglev.user.source import path_of
+from maglev.user.source import Given, Source, source_of
 
 MOST_MEMORY = 4e9      # bytes of a recording
 PROGRESS_STEPS = 500   # communication steps between two reports of progress
@@ -45,15 +44,19 @@ PROGRESS_STEPS = 500   # communication steps between two reports of progress
 
 @dataclass(frozen=True)
 class FmuSetup:
-    """An FMU of a co-simulation: its name in it, file and start values; of a third-party one names and units."""
+    """An FMU of a co-simulation: its name in it, the FMU and start values; of a third-party one names and units.
+
+    The FMU is given by its path, or a user's class by its Python file, itself, or an object of it.
+    """
 
     name: str
-    path: Path   # or text, a class or an object of one, of which it becomes one
+    given: InitVar[Given]
     start: Mapping[str, float | bool | str] = field(default_factory=dict)
     ports: PortMap | None = None
+    source: Source = field(init=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "path", path_of(self.path))
+    def __post_init__(self, given: Given) -> None:
+        object.__setattr__(self, "source", source_of(given))
 
 
 @dataclass(frozen=True, repr=False)
@@ -194,14 +197,14 @@ class Master:
         self.fmus: dict[str, Fmu] = {}
         self.wiring: Wiring   # as soon as it is wired
         self.has_run = self.closed = False
-        described = [(p, read_description(p.name, p.path)) for p in setups]
+        described = [(p, read_description(p.name, p.source)) for p in setups]
         try:
             with held_interrupts():
                 for setup, description in described:
                     scales = {} if setup.ports is None else apply(setup.ports, description)
                     self.observer.stage(setup.name, "loading")
                     open_it: Callable[..., Fmu] = (opened or {}).get(setup.name, open_fmu)
-                    fmu = open_it(setup.name, setup.path, description, scales)
+                    fmu = open_it(setup.name, setup.source, description, scales)
                     self.fmus[setup.name] = self.stack.enter_context(fmu)
         except BaseException:
             self.stack.close()

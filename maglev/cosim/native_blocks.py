@@ -21,6 +21,7 @@ from maglev.fmi.definition import Variable
 from maglev.fmi.native_build import PREFIX, SOURCES, host_platform
 from maglev.language.c_text import c_literal
 from maglev.user.blocks import Variables
+from maglev.user.source import FmuFile
 
 HERE = Path(__file__).parent   # with the C around the blocks
 LIBRARY = f"maglev_blocks{sharedLibraryExtension}"
@@ -74,13 +75,16 @@ def native_parts(fmus: Iterable[Fmu], written: Mapping[str, Variables] | None = 
     files: dict[str, str] = {PREFIX: "/* Everything is one translation unit: no name is shared. */\n",
                              EXPORT_FILE: filled_in(HERE / EXPORT_FILE)}
     for number, fmu in enumerate(fmus):
-        build, variables = own_build(fmu.path), (written or {}).get(fmu.name)
+        if not isinstance(fmu.source, FmuFile):
+            return None
+        path = fmu.source.path
+        build, variables = own_build(path), (written or {}).get(fmu.name)
         if build is not None and build.kind == "native":
             variables = definition(build.name).native_variables
         if variables is None or fmu.scales:
             return None
         parts[id(fmu)] = part = Part(number, variables)
-        code, instance = block_files(fmu.path, digest_at(fmu.path))
+        code, instance = block_files(path, digest_at(path))
         files |= {**instance, part.header: prefixed(code, f"{part.block}_")}
     return files, parts
 

@@ -7,7 +7,6 @@ from ctypes import CFUNCTYPE, c_double, c_int, c_size_t, c_uint32, c_void_p
 from functools import partial
 from importlib.metadata import version
 from math import inf
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -27,7 +26,7 @@ from maglev.fmi.slave import Refused
 from maglev.fmi.trouble import error_text
 from maglev.fmi.user_slave import WrittenSlave
 from maglev.language.errors import ExportError
-from maglev.user.source import Written, folder_first, load
+from maglev.user.source import FmuFile, PythonClass, PythonFile, Source, folder_first
 
 TOOL = "Python class"   # instead of the tool that makes FMUs, in generationTool
 OK, ERROR = 0, 3        # fmi2OK, fmi2Error
@@ -37,9 +36,9 @@ END = CFUNCTYPE(c_uint32, c_void_p)                                    # fmi2Ter
 C_TYPES: dict[str, Any] = {"Real": c_double, "Boolean": c_int}
 
 
-def description_text(path: Path) -> bytes:
+def description_text(source: PythonFile | PythonClass) -> bytes:
     """Model description of a user's class, the same as in its FMU; errors as in `load`."""
-    written = load(path)
+    written = source.load()
     guid = written.sha256[0][1][:32] if written.sha256 else ""
     try:
         date = build_date()
@@ -67,10 +66,10 @@ class InProcess(WrittenSlave):
 class InProcessFmu(Fmu):
     """A slave in Python with the face of an FMU."""
 
-    def __init__(self, name: str, path: Path, description: ModelDescription, scales: Mapping[str, Scale],
+    def __init__(self, name: str, source: Source, description: ModelDescription, scales: Mapping[str, Scale],
                  slave: Any = None):
         self.slave = slave
-        super().__init__(name, path, description, scales)
+        super().__init__(name, source, description, scales)
 
     def load(self) -> None:
         self.raised: BaseException | None = None
@@ -117,7 +116,7 @@ class InProcessFmu(Fmu):
         # In a process of its own no Ctrl-C comes: the class has raised it.
         if isinstance(self.raised, KeyboardInterrupt) and not SESSION.part(Served).third_party:
             raise self.raised
-        error = FmuError(f"{self.name} ({self.path.name}): {self.said() or call}")
+        error = FmuError(f"{self.name} ({self.source.name}): {self.said() or call}")
         error.__cause__ = self.raised
         return error
 
@@ -126,7 +125,8 @@ class WrittenController(InProcessFmu):
     """A user's class with the face of an FMU; errors that it raises end the run with their file and line."""
 
     def load(self) -> None:
-        written: Written = load(self.path)
+        assert not isinstance(self.source, FmuFile)
+        written = self.source.load()
         self.definition: WrittenDefinition = written.definition
         with folder_first(written.file.absolute().parent if written.file is not None else self.folder):
             self.slave = InProcess(self.definition, instance_name=self.key.decode())

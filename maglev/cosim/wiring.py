@@ -334,5 +334,6 @@ def endpoint(fmus: Mapping[str, Fmu], name: str, *causalities: str) -> ScalarVar
     if found.causality not in causalities:
         raise FmuError(f"{name} is of causality {found.causality}, expected an {' or '.join(causalities)}")
     if found.type not in (*KINDS, "Enumeration"):
-        raise FmuError(f"{name} ({fmus[owner].path.name}) is of type {found.type}, expected one of {', '.join(KINDS)}")
+        raise FmuError(f"{name} ({fmus[owner].source.name}) is of type {found.type}, expected one of "
+                       f"{', '.join(KINDS)}")
     return found

@@ -24,6 +24,7 @@ from maglev.cosim.fmi_versions import WARNING
 from maglev.cosim.fmu import Buffer, Fmu, read_description
 from maglev.descriptions.own_fmus import own_fmu, stale
 from maglev.files.errors import FmuError
+from maglev.user.source import FmuFile
 from pmlsm.stage_description import StageDescription
 
 Call = tuple[Any, tuple[Any, ...]]   # a C function and its arguments
@@ -209,7 +210,7 @@ def loaded(name: str, folder: Path) -> Fmu:
                        "without fmus= missing ones are built")
     if old := stale(name, path):
         raise FmuError(f"{old}; an environment runs no other FMU")
-    return Fmu(name, path, read_description(name, path))
+    return Fmu(name, FmuFile(path), read_description(name, path))
 
 
 def call(fmu: Fmu, verb: str, names: Sequence[str], address: int) -> Call:

@@ -26,6 +26,7 @@ from maglev.many.samples import (
     run_batch,
     worker_files,
 )
+from maglev.user.source import FmuFile, Source
 
 AHEAD = 2                # batches under way or waiting for each thread of the cluster
 REACHED_WITHIN = 10.0    # s
@@ -90,9 +91,10 @@ class StudyFiles(WorkerPlugin):
         """The job with the files of this worker."""
         assert self.folder is not None   # Dask sets a plugin up before it is asked
         experiment = self.job.experiment
-        files = {name: self.folder / name / path.name for name, path in experiment.files.items()}
+        sources: dict[str, Source] = {name: FmuFile(self.folder / name / path.name)
+                                      for name, path in experiment.fmu_files.items()}
         loop = experiment.loop and experiment.loop._replace(path=self.folder / LIBRARY)
-        return replace(self.job, experiment=replace(experiment, files=files, loop=loop))
+        return replace(self.job, experiment=replace(experiment, sources=sources, loop=loop))
 
 
 def run_on_worker(plugin: str, first: int, values: Array, apart: bool) -> BatchResult:

@@ -13,7 +13,7 @@ from maglev.files.arrays import Array
 from maglev.files.errors import MaglevError
 from maglev.runs.measuring import CHUNK, Found, Measuring, Meter
 from maglev.runs.metrics import phase_resistances
-from maglev.runs.preparation import Experiment, is_foreign
+from maglev.runs.preparation import Experiment
 from maglev.scenario.settings import REFERENCE, start_values, with_references
 from maglev.user.blocks import Variables
 
@@ -45,7 +45,7 @@ class RepeatedRun:
         self.one_by_one: LaneLoop | None = None   # the loop for runs that are not side by side
         self.meter: Meter | None = None      # of the references as they are now
         self.meters: dict[str, Meter] = {}   # by the samples of steps
-        self.resettable = not any(is_foreign(path) for name, path in experiment.files.items()
+        self.resettable = not any(source.foreign for name, source in experiment.sources.items()
                                   if name not in (written or {}))
         self.descriptions = experiment.check()
         self.drives = self.driven = experiment.drives(self.descriptions)   # of the experiment, and as they are now
@@ -103,7 +103,7 @@ class RepeatedRun:
         seen = ["" if name in measuring.optional and name not in recorded else name for name in measuring.names]
         if self.varied is not None:
             names = {f"{name}.{variable}" for name, own in self.start(self.varied).items() for variable in own
-                     if name in self.experiment.files}
+                     if name in self.experiment.sources}
             varied = Varied(frozenset(names), bool(self.driven_by(self.varied)))
             wide = lane_loop(wiring, seen, measuring.amounts, varied, build, self.written)
         if wide is None and self.one_by_one is None:

@@ -37,7 +37,7 @@ def code_of_package() -> str:
 
 def worker_files(experiment: Experiment) -> dict[str, bytes]:
     """FMUs of an experiment, and the library that steps them, by their paths on a worker."""
-    paths = {f"{name}/{path.name}": path for name, path in experiment.files.items()}
+    paths = {f"{name}/{path.name}": path for name, path in experiment.fmu_files.items()}
     paths |= {} if experiment.loop is None else {LIBRARY: experiment.loop.path}
     return {place: path.read_bytes() for place, path in paths.items()}
 

@@ -20,7 +20,7 @@ from maglev.many.study_design import samples
 from maglev.many.study_file import StudyFile
 from maglev.many.study_targets import Target, target_values, targets_of
 from maglev.runs.execution import expected
-from maglev.runs.preparation import Experiment, is_foreign
+from maglev.runs.preparation import Experiment
 from maglev.user.blocks import built_blocks
 
 LEAST_FREE = 1e8           # bytes that a study leaves on the disk
@@ -106,8 +106,8 @@ def job_of(experiment: Experiment, targets: Iterable[Target], columns: Iterable[
     Without `timeout` only third-party FMUs have a limit: those of this installation do not hang, and written ones
     cannot. ScenarioError if it is too long.
     """
-    written = built_blocks(experiment.files)
-    if timeout is None and any(is_foreign(path) for name, path in experiment.files.items() if name not in written):
+    written = built_blocks(experiment.fmu_files)
+    if timeout is None and any(source.foreign for name, source in experiment.sources.items() if name not in written):
         timeout = LIMIT_OF_FOREIGN
     if timeout is not None and timeout > LARGEST_LIMIT:
         raise ScenarioError(f"{origin}: sample_timeout = {timeout:g} s: expected at most {LARGEST_LIMIT:g} s")

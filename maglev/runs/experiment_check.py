@@ -31,7 +31,7 @@ from maglev.runs.carried_experiments import CarriedExperiment, File, carried_exp
 from maglev.runs.chain import chained
 from maglev.runs.check_outcome import CheckResult, write_junit
 from maglev.runs.deviation import Deviation, WorstDifference, first_deviation, worst
-from maglev.runs.preparation import is_foreign
+from maglev.user.source import FmuFile
 
 SOLVER_TOLERANCE = 1e-8   # relative, of the integration of model exchange, where nothing else is said
 
@@ -92,7 +92,7 @@ def run_where_it_belongs(path: Path, times: Times, parameters: Mapping[str, str]
                          outputs: list[str], progress: Progress, timeout: float) -> FmuRun:
     """Run an FMU of this project in this process, any other FMU in another process, because it is not trusted."""
     task = functools.partial(run_fmu, path, times, parameters, inputs, outputs)
-    if not is_foreign(path):
+    if not FmuFile(path).foreign:
         return task(progress)
     run: FmuRun = called_apart(functools.partial(watched, task), path.name, timeout, FmuRun, progress)
     instants = run.columns.get("time", np.zeros(0))
@@ -203,7 +203,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
              for signal in differences}
     outcome = functools.partial(CheckResult, name, deviation=deviation, worst=differences, units=units,
                                 elapsed=time.perf_counter() - begin, notes=tuple(filter(None, (
-                                    expected.said, f"the FMU says: {said}" if said else "", flaw_note(description)))))
+                                    expected.said, f"the FMU says: {said}" if said else "", flaw_note(path)))))
     if deviation is not None:
         return outcome("deviated", deviation_text(deviation, units[deviation.signal]))
     counted = (f"{len(expected.values)} variable{'' if len(expected.values) == 1 else 's'} at "

@@ -26,6 +26,7 @@ from maglev.runs.preparation import Experiment, know_stage_of, prepare
 from maglev.runs.replacement import Replacement
 from maglev.scenario.fmus_for_runs import fmus_for_runs
 from maglev.scenario.loading import load_plan
+from maglev.user.source import FmuFile
 
 LARGEST = 5_000_000   # bytes of an experiment: it goes with every copy of the FMU
 
@@ -78,7 +79,8 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
         raise ScenarioError(f"{place}: is not in the scenario {plan.name}, expected one of {', '.join(plan.fmus)}")
     know_stage_of(plan)
     needed = [fmu.model for key, fmu in plan.fmus.items() if key != place and fmu.model is not None]
-    experiment = prepare(plan, fmus_for_runs(needed, fmus), {} if name is None else {place: Replacement(path)}, {})
+    put_in = {} if name is None else {place: Replacement(FmuFile(path))}
+    experiment = prepare(plan, fmus_for_runs(needed, fmus), put_in, {})
     experiment.require_current()
     recording = experiment.run(lambda done, steps: watch(plan.name, min(done, steps - 1), steps))
     every = max(1, round(plan.check.interval / experiment.step)) if plan.check.signals else experiment.output_every()
@@ -125,8 +127,8 @@ def recorded_experiment(experiment: Experiment, recording: Recording, fmu: str, 
 
     The results have a row every `every` communication steps. ScenarioError if no output of the FMU was recorded.
     """
-    path = experiment.files[fmu]
-    described = read_description(fmu, path)
+    source = experiment.sources[fmu]
+    described = read_description(fmu, source)
     scales = apply(experiment.ports[fmu], described) if fmu in experiment.ports else {}
     variables = {v.name: v for v in described.modelVariables}
 
@@ -140,7 +142,7 @@ def recorded_experiment(experiment: Experiment, recording: Recording, fmu: str, 
         if variable.causality == "output" and column is not None:
             results[variable.name] = [float(value) for value in own(variable.name, column[::every]).tolist()]
     if len(results) == 1:
-        raise ScenarioError(f"{fmu} ({path.name}) has no outputs that are numbers, expected some to compare with")
+        raise ScenarioError(f"{fmu} ({source.name}) has no outputs that are numbers, expected some to compare with")
     parameters = [Value(key, kind_of(variables[key]).replace("Int64", "Integer"), own(key, start.value))
                   for key, start in experiment.plan.fmus[fmu].start.items() if variables[key].causality == "parameter"]
     nominals = {key: None if variable.nominal is None else float(variable.nominal)

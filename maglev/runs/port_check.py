@@ -1,14 +1,13 @@
 """Check of the names, causalities, types and units in a run against the FMUs it runs."""
 
 from collections.abc import Mapping
-from pathlib import Path
 
 from maglev.files.errors import ScenarioError, key_path, nearest, shortened
 from maglev.files.units import known_unit, measures
 from maglev.fmi.parameter import REALS, Described, expected_of
 from maglev.scenario.run_plan import RunPlan
 from maglev.scenario.signals import Steps
-from maglev.user.source import declared_in, is_written
+from maglev.user.source import PythonClass, PythonFile, Source
 
 Descriptions = Mapping[str, Mapping[str, Described]]
 
@@ -16,9 +15,9 @@ Descriptions = Mapping[str, Mapping[str, Described]]
 class PortCheck:
     """The check of one scenario; refusals name its file."""
 
-    def __init__(self, plan: RunPlan, descriptions: Descriptions, files: Mapping[str, Path]):
+    def __init__(self, plan: RunPlan, descriptions: Descriptions, sources: Mapping[str, Source]):
         self.plan = plan
-        self.files = files
+        self.sources = sources
         self.descriptions = descriptions
         self.fed: dict[str, str] = {}   # input: key that feeds it
         self.origin = ""                # of the value that is looked at, if it is not the file
@@ -83,12 +82,12 @@ class PortCheck:
         said = ""
         for port in ports:
             fmu, _, name = port.partition(".")
-            path, variable = self.files.get(fmu), self.descriptions.get(fmu, {}).get(name)
-            if path is not None and is_written(path):
-                said += f"; {name} stands in {declared_in(path, name)}"
-            elif path is not None and variable is not None and path.stem != self.plan.fmus[fmu].model:
+            source, variable = self.sources.get(fmu), self.descriptions.get(fmu, {}).get(name)
+            if isinstance(source, PythonFile | PythonClass):
+                said += f"; {name} stands in {source.place_of(name)}"
+            elif source is not None and variable is not None and source.path.stem != self.plan.fmus[fmu].model:
                 unit = f" in {variable.unit}" if variable.unit else ""
-                said += (f"; {name} is {variable.type}{unit} in {path.name}, for which a port map (ports, --map) can "
+                said += (f"; {name} is {variable.type}{unit} in {source.name}, for which a port map (ports, --map) can "
                          "name another port or unit")
         return said
 
@@ -173,10 +172,10 @@ def compatible(one: str, other: str) -> bool:
                             and (known.dimension, known.factor) == (and_known.dimension, and_known.factor))
 
 
-def check_names(plan: RunPlan, descriptions: Descriptions, files: Mapping[str, Path]) -> None:
-    """Check the names in a run against the variables, by FMU and name, and the files of its FMUs; raise ScenarioError.
+def check_names(plan: RunPlan, descriptions: Descriptions, sources: Mapping[str, Source]) -> None:
+    """Check the names in a run against the variables, by FMU and name, with the sources of its FMUs; ScenarioError.
     """
-    check = PortCheck(plan, descriptions, files)
+    check = PortCheck(plan, descriptions, sources)
     check.connections()
     check.signals()
     check.start_values()

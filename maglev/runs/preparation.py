@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +17,10 @@ from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import LIBRARY, own_loop
 from maglev.cosim.wiring import Drives
-from maglev.descriptions.own_fmus import built_here, own_fmu, stale
+from maglev.descriptions.own_fmus import own_fmu, stale
 from maglev.descriptions.registry import STAGES
 from maglev.files.arrays import Array
 from maglev.files.cache import Kept, digest_at
-from maglev.files.copies import copied, original
 from maglev.files.errors import ControllerError, FmuError, MaglevError, ScenarioError, few, option
 from maglev.files.fmi_units import typeset_unit
 from maglev.files.side_by_side import Progress
@@ -46,16 +44,16 @@ from maglev.scenario.run_plan import RunPlan, StartValue
 from maglev.scenario.settings import with_references
 from maglev.scenario.signals import Csv, Signal
 from maglev.user.adoption import know_stage
-from maglev.user.source import copy_of, is_class, is_written, keeps_bits
+from maglev.user.source import FmuFile, PythonClass, Source, file_source
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """A run with its FMU files."""
+    """A run with its FMUs."""
 
     plan: RunPlan
-    # FMU file of each FMU of the plan, in the order of stepping: copies, made when the experiment was
-    files: dict[str, Path]
+    # of each FMU of the plan, in the order of stepping: copies, made when the experiment was
+    sources: dict[str, Source]
     step: float   # communication step, s
     # why start values of the plan, `fmu.variable`, are not given to the FMU that was put in
     left_out: dict[str, str] = field(default_factory=dict)
@@ -80,10 +78,10 @@ class Experiment:
         """Return the provenance of its results."""
         descriptions = self.check()
         fmus = tuple(UsedFmu.of(
-            name, path, descriptions[name], put_in=name in self.put_in,
+            name, source, descriptions[name], put_in=name in self.put_in,
             start={variable: value.given for variable, value in self.plan.fmus[name].start.items()},
             left_out={full.partition(".")[2]: reason for full, reason in self.left_out.items()
-                      if full.startswith(f"{name}.")}) for name, path in self.files.items())
+                      if full.startswith(f"{name}.")}) for name, source in self.sources.items())
         return Provenance(fmus=fmus, changes=self.changes, scenario=self.plan.sha256, departures=self.departures,
                           libraries={} if self.loop is None else {LIBRARY: self.loop.sha256},
                           parameter_sets=self.parameter_sets)
@@ -91,12 +89,12 @@ class Experiment:
     def check(self) -> dict[str, ModelDescription]:
         """Return the model descriptions; FmuError or ScenarioError if they lack a name of the plan."""
         know_stage_of(self.plan)   # also in another process than that which made it ready
-        descriptions = {name: read_description(name, path, self.timeout) for name, path in self.files.items()}
+        descriptions = {name: read_description(name, source, self.timeout) for name, source in self.sources.items()}
         for name, ports in self.ports.items():
             apply(ports, descriptions[name])
-        require_essential(self.plan, {name: self.files[name] for name in self.ports}, descriptions)
+        require_essential(self.plan, {name: self.sources[name] for name in self.ports}, descriptions)
         check_names(self.plan, {name: {v.name: v for v in description.modelVariables}
-                                    for name, description in descriptions.items()}, self.files)
+                                    for name, description in descriptions.items()}, self.sources)
         return descriptions
 
     def require_current(self) -> None:
@@ -112,7 +110,7 @@ class Experiment:
         """
         know_stage_of(self.plan)   # also in another process than that which made it ready
         return (not self.put_in and self.order == "sequential" and self.step == self.plan.step
-                and all(keeps_bits(path) if is_written(path) else built_here(path) for path in self.files.values()))
+                and all(source.keeps_bits() for source in self.sources.values()))
 
     def fits(self) -> bool:
         """Return True if `check` finds no error."""
@@ -185,8 +183,8 @@ class Experiment:
 
     def setups(self) -> list[FmuSetup]:
         """FMUs and their start values, as a `Master` takes them."""
-        return [FmuSetup(name, path, {variable: start.given for variable, start in self.plan.fmus[name].start.items()},
-                         self.ports.get(name)) for name, path in self.files.items()]
+        return [FmuSetup(name, source, {key: start.given for key, start in self.plan.fmus[name].start.items()},
+                         self.ports.get(name)) for name, source in self.sources.items()]
 
     @property
     def connections(self) -> list[tuple[str, str]]:
@@ -204,7 +202,7 @@ class Experiment:
             recording = self.recorded(descriptions, progress, complete)
         except RunFailed as failure:
             raise after_departure(failure, descriptions, self.connections) from failure
-        theirs = {name: description for name, description in descriptions.items() if not built_here(self.files[name])}
+        theirs = {name: described for name, described in descriptions.items() if not self.sources[name].built_here}
         said = [f"at t = {recording.time[k]:.9g} s {text}" for k, text in beyond_ranges(recording, theirs, [
             *self.connections, *((full, full) for full in recording.columns)])]
         return replace(recording, notes=(*recording.notes, *said))
@@ -214,10 +212,10 @@ class Experiment:
         """Return the recording; RunFailed as in `Master`."""
         setups, connections, stop_time = self.setups(), self.connections, self.plan.stop_time
         drives: Drives = self.drives(descriptions)
-        apart = [f"{name} ({path.name})" for name, path in self.files.items() if runs_apart(path)]
-        for path in self.files.values() if apart else ():
-            if is_class(path):
-                raise ControllerError(f"{path}: a class runs in this process only, but {apart[0]} was not built by "
+        apart = [f"{name} ({source.name})" for name, source in self.sources.items() if source.runs_apart]
+        for source in self.sources.values() if apart else ():
+            if isinstance(source, PythonClass):
+                raise ControllerError(f"{source}: a class runs in this process only, but {apart[0]} was not built by "
                                       "this installation and runs in another one; give the file of the class")
         if apart:
             columns = {full for full, variable in self.variables(descriptions).items()
@@ -236,9 +234,14 @@ class Experiment:
         return bool(self.changes or self.put_in or self.departures)
 
     @property
+    def fmu_files(self) -> dict[str, Path]:
+        """Files of the FMUs by name in the run, without users' classes."""
+        return {name: source.path for name, source in self.sources.items() if isinstance(source, FmuFile)}
+
+    @property
     def here(self) -> bool:
         """Return True if it runs in this process alone: a class was given, which no other process knows."""
-        return any(is_class(path) for path in self.files.values())
+        return any(isinstance(source, PythonClass) for source in self.sources.values())
 
     def output_every(self) -> int:
         """Communication steps between two rows of the results."""
@@ -260,12 +263,15 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     step = plan.step if options["step"] is None else float(options["step"])
     with refused_as(ScenarioError, f"{plan.path}: stop_time = {plan.stop_time} s with {option('step', step)}"):
         whole_steps(plan.stop_time, step)
-    given = {name: replaced[name].path if name in replaced else Path(str(fmu.file)) if fmu.model is None else
-             own_fmu(fmu.model, fmus) for name, fmu in plan.fmus.items()}
-    files = {name: as_it_is(path) for name, path in given.items()}
-    old = tuple(filter(None, (stale(path.stem, files[name]) for name, path in given.items()
-                              if path.parent == fmus and path.stem in STAGES.definitions())))
-    put_in, replaced = tuple(replaced), in_place(plan, files, replaced)
+    given = {name: replaced[name].source if name in replaced else
+             file_source(str(fmu.file) if fmu.model is None else own_fmu(fmu.model, fmus))
+             for name, fmu in plan.fmus.items()}
+    sources = {name: source.copy() for name, source in given.items()}
+    old = tuple(filter(None, (stale(file.path.stem, copy.path)
+                              for file, copy in zip(given.values(), sources.values(), strict=True)
+                              if isinstance(file, FmuFile) and isinstance(copy, FmuFile) and file.path.parent == fmus
+                              and file.path.stem in STAGES.definitions())))
+    put_in, replaced = tuple(replaced), in_place(plan, sources, replaced)
     starts = Starts.planned(plan, replaced, put_in)
     plan = plan.model_copy(update={"signals": [signal for signal in plan.signals if signal.to not in starts.left_out]})
     plan, settings, other_references = with_references(plan, settings)
@@ -274,35 +280,38 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     overruled = [*(f"{plan.name}: {sentence}" for sentence in dict.fromkeys(filter(None, used))),
                  *([f"{plan.name}: {few(fed)} of parameter sets are left out: the run feeds them"] if fed else []),
                  *starts.ask(plan, settings)]
-    plan, starts.given = in_declared_units(plan, of_declared_types(plan, starts.given, files), files)
+    plan, starts.given = in_declared_units(plan, of_declared_types(plan, starts.given, sources), sources)
     asked = set(settings)
-    model = starts.follow(plan, files, asked) if str(options["model"]) == "plant" else None
+    model = starts.follow(plan, sources, asked) if str(options["model"]) == "plant" else None
     fitted, notes = fit(with_generated_references(starts.of(plan)), replaced)
-    late = needless_delays(plan, options["order"], files)
-    experiment = Experiment(fitted, files, step, starts.left_out, options["order"],
+    late = needless_delays(plan, options["order"], sources)
+    experiment = Experiment(fitted, sources, step, starts.left_out, options["order"],
                             {name: replacement.ports for name, replacement in replaced.items()},
                             (*old, *notes, *overruled, *late), put_in=put_in, timeout=float(options["timeout"]),
-                            departures=tuple(departures_of(plan, files, put_in)), following=model,
-                            loop=None if any(map(is_written, files.values())) else own_loop(), stale=old)
+                            departures=tuple(departures_of(plan, sources, put_in)), following=model,
+                            stale=old,
+                            loop=own_loop() if all(isinstance(each, FmuFile) for each in sources.values()) else None)
     return replace(
         experiment, changes=(*other_references, *changes_of(experiment, plan, asked)),
         not_compared=tuple(name for name in plan.check.signals if name not in fitted.check.signals),
         parameter_sets={setting.file: digest_at(Path(setting.file)) for setting in settings.values() if setting.file})
 
 
-def in_place(plan: RunPlan, files: Mapping[str, Path], replaced: Mapping[str, Replacement]) -> dict[str, Replacement]:
+def in_place(plan: RunPlan, sources: Mapping[str, Source], replaced: Mapping[str, Replacement]
+             ) -> dict[str, Replacement]:
     """FMUs in the place of the plan's, with their copies and the ports that the plan knows.
 
     A file that the scenario names is as foreign as one that is asked for: its parameters are its own, too.
     """
-    own_files = {name: Replacement(files[name]) for name, fmu in plan.fmus.items()
-                 if fmu.inherited or (fmu.file is not None and runs_apart(files[name]))}
+    own_files = {name: Replacement(sources[name]) for name, fmu in plan.fmus.items()
+                 if fmu.inherited or (fmu.file is not None and sources[name].runs_apart)}
     known_replacements = {}
     for name, replacement in {**own_files, **replaced}.items():
         known_participant(plan, option(name), name)
         known = known_ports(plan, name)
         replacement.ports.require_known(known)
-        known_replacements[name] = replace(replacement, path=files[name], ports=replace(replacement.ports, units=known))
+        known_replacements[name] = replace(replacement, source=sources[name],
+                                           ports=replace(replacement.ports, units=known))
     return known_replacements
 
 
@@ -317,7 +326,7 @@ def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> I
     for full in sorted(asked):
         name, _, variable = full.partition(".")
         now, planned = experiment.plan.fmus[name].start[variable], plan.fmus[name].start.get(variable)
-        before = known_start(name, experiment.files[name], variable) if planned is None else planned.given
+        before = known_start(name, experiment.sources[name], variable) if planned is None else planned.given
         if before is None or not same_start(now.given, before) or variable in plan.fmus[name].start_from:
             unit = ""
             with suppress(MaglevError):   # what is wrong is said where the run is checked
@@ -340,30 +349,6 @@ def with_unit(value: float | str, unit: str, written: object = None) -> str:
 def same_start(one: float | str, other: float | str) -> bool:
     """Return True if two start values are the same text, or the same number; Booleans are 0 and 1."""
     return one == other if isinstance(one, str) or isinstance(other, str) else float(one) == float(other)
-
-
-def runs_apart(file: Path) -> bool:
-    """Return True for an FMU or a Python file to run in another process: it is not ours, and no class of this process.
-    """
-    return is_foreign(file) or (is_written(file) and not is_class(file))
-
-
-def is_foreign(file: Path) -> bool:
-    """Return True if an FMU file is not of this installation; a missing file fails later."""
-    return file.is_file() and not is_written(file) and not built_here(file)
-
-
-def as_it_is(path: Path) -> Path:
-    """Return a copy of the present FMU or Python file; the path itself of a class or a missing file."""
-    if is_written(path):
-        return copy_of(path)
-    return copied_once(path, digest_at(path)) if path.is_file() else path
-
-
-@lru_cache(maxsize=64)
-def copied_once(path: Path, _sha256: str) -> Path:
-    """Return a copy of an FMU, made once for each content; a copy itself is returned unchanged."""
-    return path if original(path) != path else copied({path.name: path.read_bytes()}, path.parent) / path.name
 
 
 def after_departure(failure: RunFailed, descriptions: Mapping[str, ModelDescription],
@@ -410,7 +395,7 @@ def with_generated_references(plan: RunPlan) -> RunPlan:
     return plan.model_copy(update={"axes": {**plan.axes, **generated}}) if generated else plan
 
 
-def needless_delays(plan: RunPlan, order: Order, files: Mapping[str, Path]) -> Iterator[str]:
+def needless_delays(plan: RunPlan, order: Order, sources: Mapping[str, Source]) -> Iterator[str]:
     """Return sentences about FMUs that are stepped after one that they feed, if another order would avoid the delay.
 
     In a loop one connection has to run from an FMU to one that is stepped before it. The output of a plant at the end
@@ -418,8 +403,8 @@ def needless_delays(plan: RunPlan, order: Order, files: Mapping[str, Path]) -> I
     step, count.
     """
     def samples(name: str) -> bool:
-        return ((files[name].is_file() or is_written(files[name]))
-                and not read_description(name, files[name]).coSimulation.canHandleVariableCommunicationStepSize)
+        return (sources[name].exists
+                and not read_description(name, sources[name]).coSimulation.canHandleVariableCommunicationStepSize)
 
     def late(stepped: Sequence[str]) -> int:
         return sum(stepped.index(source) > stepped.index(target) for source, target in wires)

@@ -16,12 +16,12 @@ from zipfile import ZipFile
 from fmpy.model_description import ModelDescription
 
 from maglev.cosim.fmu import HERE
-from maglev.descriptions.own_fmus import built_here, own_build, stale
+from maglev.descriptions.own_fmus import own_build, stale
 from maglev.files.cache import digest_at
 from maglev.files.installed import code, edited
 from maglev.scenario.layers import scenario_of
 from maglev.scenario.run_plan import RunPlan
-from maglev.user.source import digests, is_class, is_written, requirements
+from maglev.user.source import FmuFile, PythonClass, PythonFile, Source
 
 DIGITS = 12   # of a digest that are shown; NAME.json has all
 
@@ -67,14 +67,12 @@ class UsedFmu:
     libraries: dict[str, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, name: str, path: Path, description: ModelDescription, **given: Any) -> "UsedFmu":
-        """Return the record of a file; `given` has the fields about its use in the run."""
-        written = is_written(path)
-        sha256 = dict(digests(path)) if written else {path.name: digest_at(path)}
-        return cls(name, path.name, description.modelName or "", description.guid or "",
-                   description.generationTool or "", kind(path), built_here=built_here(path), sha256=sha256,
-                   libraries=versions(requirements(path)) if written else libraries_in(path, sha256[path.name]),
-                   **given)
+    def of(cls, name: str, source: Source, description: ModelDescription, **given: Any) -> "UsedFmu":
+        """Return the record of a source; `given` has the fields about its use in the run."""
+        kind, libraries = kind_and_libraries(source)
+        return cls(name, source.name, description.modelName or "", description.guid or "",
+                   description.generationTool or "", kind, built_here=source.built_here, sha256=dict(source.digests()),
+                   libraries=libraries, **given)
 
     @property
     def shown(self) -> str:
@@ -115,13 +113,14 @@ class Provenance:
         return {**asdict(self), "modified": self.modified}
 
 
-def departures_of(plan: RunPlan, files: Mapping[str, Path], put_in: Iterable[str]) -> Iterator[str]:
+def departures_of(plan: RunPlan, sources: Mapping[str, Source], put_in: Iterable[str]) -> Iterator[str]:
     """Return why a run with a name, or FMUs, of the package is not the package's: one phrase each.
 
     A scenario of the user's own is its own, whatever it extends; and an FMU that is not there is refused later.
     """
     for name, fmu in plan.fmus.items():
-        if name not in put_in and fmu.model is not None and stale(fmu.model, files[name]):
+        source = sources[name]
+        if name not in put_in and fmu.model and isinstance(source, FmuFile) and stale(fmu.model, source.path):
             yield f"{name} is a {fmu.model}.fmu that this installation did not build"
     if plan.own and scenario_of(plan.name) is not None:
         yield f"the scenario is {plan.path}, not the package's {plan.name}"
@@ -129,12 +128,14 @@ def departures_of(plan: RunPlan, files: Mapping[str, Path], put_in: Iterable[str
         yield f"{changed} is not as it was installed"
 
 
-def kind(path: Path) -> str:
-    """Return the kind of an FMU, or of its replacement."""
-    if is_written(path):
-        return "Python class" if is_class(path) else "Python file"
-    build = own_build(path)
-    return "foreign" if build is None else build.kind
+def kind_and_libraries(source: Source) -> tuple[str, dict[str, str]]:
+    """Return the kind of an FMU or of its replacement, and its libraries; see `UsedFmu`."""
+    if isinstance(source, PythonClass):
+        return "Python class", {}
+    if isinstance(source, PythonFile):
+        return "Python file", versions(source.modules().requires)
+    build = own_build(source.path)
+    return "foreign" if build is None else build.kind, libraries_in(source.path, digest_at(source.path))
 
 
 @lru_cache(maxsize=64)

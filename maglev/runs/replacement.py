@@ -10,13 +10,13 @@ from fmpy.model_description import ModelDescription
 from maglev.cosim.fmi_versions import OWN_TOOL
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply
-from maglev.descriptions.own_fmus import built_here, definition
+from maglev.descriptions.own_fmus import definition
 from maglev.descriptions.registry import STAGES
 from maglev.files.errors import ScenarioError, UnknownName, few, nearest, option
 from maglev.files.units import known_unit
 from maglev.scenario.claims import RunClaim
 from maglev.scenario.run_plan import Motor, RunPlan, StartValue
-from maglev.user.source import Given, declared_in, is_written, path_of
+from maglev.user.source import FmuFile, Given, Source, file_source, source_of
 
 LACKING = "it has no such variable"
 SETTING = "it is a setting of"   # and the model's name
@@ -24,15 +24,15 @@ SETTING = "it is a setting of"   # and the model's name
 
 @dataclass(frozen=True)
 class Replacement:
-    """An FMU file that replaces one of a run, its names for the ports, and whether it gets the settings of that one."""
+    """What replaces an FMU of a run, its names for the ports, and whether it gets the settings of that one."""
 
-    path: Path
+    source: Source
     ports: PortMap = field(default_factory=PortMap)
     keep_settings: bool = False
 
     def description(self, name: str) -> ModelDescription:
         """Model description with our names and SI units."""
-        description = read_description(name, self.path)
+        description = read_description(name, self.source)
         apply(self.ports, description)
         return description
 
@@ -45,22 +45,23 @@ def known_ports(plan: RunPlan, name: str) -> dict[str, str | None]:
         if signal.unit is not None and signal.to.startswith(f"{name}."):
             known[signal.to.partition(".")[2]] = unit.si if (unit := known_unit(signal.unit)) else signal.unit
     model, file = plan.fmus[name].model, plan.fmus[name].file
+    source = None if file is None else file_source(file)
     if model in STAGES.definitions():
         known |= {variable.name: variable.unit or None for variable in definition(model).variables}
-    elif file is not None and Path(file).is_file():
-        known |= {variable.name: variable.unit for variable in read_description(name, Path(file)).modelVariables}
+    elif source is not None and source.path.is_file():
+        known |= {variable.name: variable.unit for variable in read_description(name, source).modelVariables}
     return known
 
 
-def named_or_path(role: str, given: Given, plans: Iterable[RunPlan]) -> str | Path:
-    """Name of an FMU of this project, or path of a file or a class, that replaces the plant or the controller of runs.
+def named_or_source(role: str, given: Given, plans: Iterable[RunPlan]) -> str | Source:
+    """Name of an FMU of this project, or source of another block, that replaces the plant or the controller of runs.
 
     A bare name means an FMU if no file has it; UnknownName, with the nearest of the stages of the runs, if there is no
     such FMU.
     """
     if not isinstance(given, str | Path) or not str(given) == Path(given).name == Path(given).stem or (
             Path(given).exists()):
-        return path_of(given)
+        return source_of(given)
     if str(given) not in STAGES.definitions():
         suffixes = tuple(plan.stage.suffix for plan in plans if plan.stage is not None)
         names = [name for name in STAGES.definitions() if name.endswith(suffixes)] or STAGES.definitions()
@@ -81,7 +82,7 @@ def given_and_left_out(plan: RunPlan, name: str, replacement: Replacement,
     own = {} if put_in else planned.start
     theirs = {**planned.inherited, **planned.start} if put_in else planned.inherited
     driven = [signal.to.removeprefix(f"{name}.") for signal in plan.signals if put_in]
-    shared = replacement.keep_settings or ((planned.file is None) == put_in and built_here(replacement.path))
+    shared = replacement.keep_settings or ((planned.file is None) == put_in and replacement.source.built_here)
     variables = {variable.name: variable for variable in replacement.description(name).modelVariables}
     left_out = {variable: LACKING for variable in [*own, *theirs, *planned.start_from] if variable not in variables}
     if not shared and name not in plan.plants:
@@ -92,29 +93,29 @@ def given_and_left_out(plan: RunPlan, name: str, replacement: Replacement,
     return {variable: value for variable, value in {**theirs, **own}.items() if variable not in left_out}, left_out
 
 
-def start_value_notes(plan: RunPlan, files: Mapping[str, Path], left_out: Mapping[str, str],
+def start_value_notes(plan: RunPlan, sources: Mapping[str, Source], left_out: Mapping[str, str],
                       put_in: Sequence[str]) -> Iterator[str]:
     """Return sentences about the start values that replaced FMUs get, and those that they do not get.
 
     Authors of a Python controller know its own values, so only names that both have are mentioned for it.
     """
-    for name, path in files.items():
+    for name, source in sources.items():
         lacking = [full for full, reason in left_out.items() if reason == LACKING and full.startswith(f"{name}.")]
-        if lacking and not is_written(path):
-            yield f"{has_no(name, path, lacking, few)}: the plan's start values are left out"
+        if lacking and isinstance(source, FmuFile):
+            yield f"{has_no(name, source, lacking, few)}: the plan's start values are left out"
         own = [full for full, reason in left_out.items() if reason != LACKING and full.startswith(f"{name}.")]
         if own:
-            yield (f"{name} ({path.name}) keeps its own {few(own)}: the plan's values are settings of"
+            yield (f"{name} ({source.name}) keeps its own {few(own)}: the plan's values are settings of"
                    f"{left_out[own[0]].removeprefix(SETTING)}"
                    + (f"; {option('keep_settings', True)} gives them" if name in put_in else ""))
         given = [f"{variable} = {value.written}" for variable, value in plan.fmus[name].start.items()]
-        if name in put_in and (given or not is_written(path)):
-            yield f"{name} ({path.name}) starts with {', '.join(given) or 'its own values'}"
+        if name in put_in and (given or isinstance(source, FmuFile)):
+            yield f"{name} ({source.name}) starts with {', '.join(given) or 'its own values'}"
 
 
-def has_no(name: str, path: Path, lacking: Sequence[str], shown: Callable[[list[str]], str] = ", ".join) -> str:
+def has_no(name: str, source: Source, lacking: Sequence[str], shown: Callable[[list[str]], str] = ", ".join) -> str:
     """Say what a participant of a run lacks, variables `fmu.variable`."""
-    return f"{name} ({path.name}) has no {shown([full.removeprefix(f'{name}.') for full in lacking])}"
+    return f"{name} ({source.name}) has no {shown([full.removeprefix(f'{name}.') for full in lacking])}"
 
 
 def essential_ports(plan: RunPlan, name: str) -> dict[str, str]:
@@ -139,10 +140,10 @@ def optional_ports(plan: RunPlan, name: str) -> list[tuple[str, str]]:
     return [(what, port) for what, port in ports if port.startswith(f"{name}.")]
 
 
-def require_essential(plan: RunPlan, put_in: Mapping[str, Path],
+def require_essential(plan: RunPlan, put_in: Mapping[str, Source],
                       descriptions: Mapping[str, ModelDescription]) -> None:
     """Refuse FMUs that were put in and lack essential ports: all of these in one message, with the nearest names."""
-    for name, path in put_in.items():
+    for name, source in put_in.items():
         missing = missing_ports(plan, name, descriptions[name])
         if not missing:
             continue
@@ -152,10 +153,11 @@ def require_essential(plan: RunPlan, put_in: Mapping[str, Path],
                     if v.causality == causality and v.name not in needed]
             lines.append(f"{causality} {port}" + (f" ({nearest(port, free)})" if free else ""))
         tables = dict.fromkeys(f"{causality}s" for causality in missing.values())
-        place = " and ".join(f"the table of {declared_in(path, table)}" for table in tables) if is_written(path) else ""
-        raise ScenarioError(f"{name} ({path.name}): missing port{'s' if len(missing) > 1 else ''}: {', '.join(lines)}; "
-                            f"expected these names{f' in {place}' if place else ''}, or a port map (ports, --map) "
-                            "with the FMU's own (docs/importing.md)")
+        place = "" if isinstance(source, FmuFile) else " and ".join(
+            f"the table of {source.place_of(table)}" for table in tables)
+        raise ScenarioError(f"{name} ({source.name}): missing port{'s' if len(missing) > 1 else ''}: "
+                            f"{', '.join(lines)}; expected these names{f' in {place}' if place else ''}, or a port map "
+                            "(ports, --map) with the FMU's own (docs/importing.md)")
 
 
 def missing_ports(plan: RunPlan, name: str, description: ModelDescription) -> dict[str, str]:
@@ -179,10 +181,11 @@ def fit(plan: RunPlan, replaced: Mapping[str, Replacement]) -> tuple[RunPlan, li
         lacking = [(what, port) for what, port in optional_ports(plan, name) if port.partition(".")[2] not in variables
                    and (what != "comparison" or port.partition(".")[2] in known)]
         if lacking:
-            says = partial(has_no, name, replacement.path)
+            says = partial(has_no, name, replacement.source)
             plan = without(plan, lacking, says)
             # A controller written by a user without a flag for a trip does not trip.
-            told = dict.fromkeys(port for what, port in lacking if what != "trip" or not is_written(replacement.path))
+            told = dict.fromkeys(port for what, port in lacking
+                                 if what != "trip" or isinstance(replacement.source, FmuFile))
             if told:
                 notes.append(f"{says([*told])}: metrics and claims that need them are left out")
         notes += remarks(plan, name, replacement, description, known)
@@ -203,7 +206,7 @@ def remarks(plan: RunPlan, name: str, replacement: Replacement, description: Mod
     fixed = not description.coSimulation.canHandleVariableCommunicationStepSize
     asked = replacement.ports.step
     if not own and fixed and asked is None and named is not None and abs(float(named) - plan.step) > 1e-9:
-        yield (f"{name} ({replacement.path.name}) has a fixed step of {float(named):g} s, but gets the communication "
+        yield (f"{name} ({replacement.source.name}) has a fixed step of {float(named):g} s, but gets the communication "
                f"step; step = ... under [{name}] of a port map (ports, --map) changes that")
 
 

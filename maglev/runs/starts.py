@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import declared_units
@@ -13,7 +12,7 @@ from maglev.fmi.parameter import Parameter
 from maglev.runs.parameter_file import of_type
 from maglev.runs.replacement import Replacement, given_and_left_out
 from maglev.scenario.run_plan import RunOutput, RunPlan, StartValue
-from maglev.user.source import is_written
+from maglev.user.source import Source
 from pmlsm.stage_description import StageDescription
 
 Own = Callable[[str], float | None]   # what a variable of an FMU is that runs, or None if it has none
@@ -112,14 +111,14 @@ class Starts:
         self.given[name][variable] = value
         self.left_out.pop(full, None)
 
-    def follow(self, plan: RunPlan, files: Mapping[str, Path], asked: set[str]) -> Following:
+    def follow(self, plan: RunPlan, sources: Mapping[str, Source], asked: set[str]) -> Following:
         """Let the controller's model follow the plant, except for the values asked for: add its constants to these."""
         origin = option("model", "plant")
 
         def own(name: str) -> Own:
             known_participant(plan, origin, name)
             return lambda variable: (float(self.given[name][variable].value) if variable in self.given[name] else
-                                     known_start(name, files[name], variable))
+                                     known_start(name, sources[name], variable))
 
         followed = following(plan.stage, own("plant"), own("controller"), asked)
         for full, value in followed.settings({}).items():
@@ -137,11 +136,11 @@ class Starts:
             for name, fmu in plan.fmus.items()}})
 
 
-def known_start(name: str, file: Path, variable: str) -> float | None:
+def known_start(name: str, source: Source, variable: str) -> float | None:
     """Start value that an FMU itself has for a variable; None where it has none, or cannot be read yet."""
-    if not (file.is_file() or is_written(file)):
+    if not source.exists:
         return None
-    text = next((v.start for v in read_description(name, file).modelVariables if v.name == variable), None)
+    text = next((v.start for v in read_description(name, source).modelVariables if v.name == variable), None)
     try:
         return {"true": 1.0, "false": 0.0}.get(str(text)) if text in ("true", "false") else float(str(text))
     except ValueError:
@@ -155,7 +154,7 @@ def known_participant(plan: RunPlan, key: str, name: str) -> None:
 
 
 def of_declared_types(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue]],
-                      files: Mapping[str, Path]) -> dict[str, dict[str, StartValue]]:
+                      sources: Mapping[str, Source]) -> dict[str, dict[str, StartValue]]:
     """Start values by FMU and variable: of String variables the text, of an Enumeration the number of its item.
 
     ScenarioError of a text for a variable that takes none; of one that is not there check_names says so.
@@ -163,9 +162,9 @@ def of_declared_types(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue
     typed = {name: dict(values) for name, values in start.items()}
     for name, values in start.items():
         texts = {variable: value for variable, value in values.items() if isinstance(value.written, str)}
-        known = files[name].is_file() or is_written(files[name])
+        known = sources[name].exists
         variables = {variable.name: variable for variable in
-                     read_description(name, files[name]).modelVariables} if texts and known else {}
+                     read_description(name, sources[name]).modelVariables} if texts and known else {}
         for variable, value in texts.items():
             place = value.origin or (f"{plan.path}: {key_path(['fmus', name, 'start', variable])} = {value.written!r}")
             if variable in variables or not known:
@@ -174,14 +173,14 @@ def of_declared_types(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue
 
 
 def in_declared_units(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue]],
-                      files: Mapping[str, Path]) -> tuple[RunPlan, dict[str, dict[str, StartValue]]]:
+                      sources: Mapping[str, Source]) -> tuple[RunPlan, dict[str, dict[str, StartValue]]]:
     """Plan with signals in SI, and start values by FMU and variable in SI, of FMUs with files by name.
 
     ScenarioError if one is in a unit that neither is known nor declared by its FMU.
     """
     def declared(unit: str, name: str, where: str) -> Unit:
         """Return the unit that an FMU declares; empty for an unknown variable, which fails later."""
-        units = declared_units(read_description(name, files[name])) if files[name].is_file() else {}
+        units = declared_units(read_description(name, sources[name])) if sources[name].exists else {}
         if unit not in units:
             raise ScenarioError(f"{where}: unknown unit {unit!r}, which {name} does not declare by SI base units "
                                 f"either; {like(unit, [*UNITS, *units])}")

@@ -11,6 +11,7 @@ from maglev.descriptions.registry import STAGES
 from maglev.files.cache import PLACE, cache_folder, digest_at
 from maglev.files.errors import BuildError
 from maglev.files.programs import programs_side_by_side
+from maglev.files.session import SESSION
 from maglev.files.side_by_side import Progress, processors
 from maglev.files.whole_file import whole_files
 from maglev.fmi.build import build_fmu
@@ -20,10 +21,10 @@ from maglev.fmi.experiment_files import experiments_files, response, smoke_test
 from maglev.fmi.native_build import build_native_fmu, build_webassembly, own_code
 from maglev.fmi.ssp import write_ssp
 from maglev.language.errors import ExportError
-from maglev.user.blocks import BUILT
+from maglev.user.blocks import BuiltClasses
 from maglev.user.build import FMU, buildable
 from maglev.user.scenario_loop import loop_table
-from maglev.user.source import is_class
+from maglev.user.source import PythonFile
 
 Make = Callable[[FmuDefinition, Path], Path]   # builds one into a folder, and gives the path of its file
 
@@ -53,25 +54,25 @@ def build_errors() -> Iterator[None]:
 
 
 @build_errors()
-def build_written(path: Path, folder: Path, kind: Kind = PYTHON) -> Path:
+def build_written(source: PythonFile, folder: Path, kind: Kind = PYTHON) -> Path:
     """Build the FMU of a user's class into a folder, or its WebAssembly module; returns its path.
 
-    `path` is that of a Python file, `lqi.py`, or names a class in it, `lqi.py:LQI`. ControllerError or BuildError if
-    the class cannot be run, or an FMU cannot have what is in its file; with file and line.
+    ControllerError or BuildError if the class cannot be run, or an FMU cannot have what is in its file; with file and
+    line.
     """
     from maglev.cosim.open import read_description  # to list what there is takes no fmpy
 
     if kind.native:
         require_zig()
-    if not is_class(path):
-        read_description("controller", path)   # in another process, which a file may end when it is imported
-    with buildable(path, kind.native) as written, whole_files(folder) as unfinished:
+    read_description("controller", source)   # in another process, which a file may end when it is imported
+    with buildable(source, kind.native) as written, whole_files(folder) as unfinished:
         own = written.definition
         if own.name in (*STAGES.definitions(), *STAGES.systems()):
-            raise BuildError(f"{path}: class {own.name} would overwrite an FMU of this project, expected another name")
+            raise BuildError(f"{source}: class {own.name} would overwrite an FMU of this project, expected another "
+                             "name")
         made = maker(kind, written.texts)(own, unfinished)
         if kind.native and own_code(own, project().packages).ends:
-            BUILT[digest_at(made)] = own
+            SESSION.part(BuiltClasses).definitions[digest_at(made)] = own
         return folder / made.name
 
 

@@ -4,17 +4,23 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from maglev.files.cache import digest_at
+from maglev.files.session import SESSION
 from maglev.fmi.definition import FmuDefinition, Variable
 
 Variables = tuple[Variable, ...]   # of an FMU, by their value references
 
-# By SHA-256 of a file that this process has built of a class, whose steps always end.
-BUILT: dict[str, FmuDefinition] = {}
+
+class BuiltClasses:
+    """Definitions of users' classes whose steps always end, by SHA-256 of the files that this process has built."""
+
+    def __init__(self) -> None:
+        self.definitions: dict[str, FmuDefinition] = {}
 
 
 def built_definition(path: Path) -> FmuDefinition | None:
     """Definition of an FMU that this process has built of a user's class."""
-    return BUILT.get(digest_at(path)) if BUILT else None
+    definitions = SESSION.part(BuiltClasses).definitions
+    return definitions.get(digest_at(path)) if definitions else None
 
 
 def built_blocks(files: Mapping[str, Path]) -> dict[str, Variables]:

@@ -19,7 +19,7 @@ from maglev.language.layout import Layout
 from maglev.language.program import Untranslatable
 from maglev.language.texts import place_of_attribute
 from maglev.user.own_modules import own_name
-from maglev.user.source import file_of, load, read_modules
+from maglev.user.source import PythonFile
 
 FMU = OWN + "fmu"       # module that has the definition in an FMU
 
@@ -32,14 +32,14 @@ class Buildable:
 
 
 @contextmanager
-def buildable(path: Path, native: bool) -> Iterator[Buildable]:
-    """Make the class that a path names ready to be built, as C if `native`.
+def buildable(source: PythonFile, native: bool) -> Iterator[Buildable]:
+    """Make a class in a Python file ready to be built, as C if `native`.
 
-    The path is that of a Python file, perhaps with the name of a class in it. ControllerError if there is no such file
-    or class, or it does not fit; BuildError if an FMU cannot have what is in it; with file and line.
+    ControllerError if there is no such file or class, or it does not fit; BuildError if an FMU cannot have what is in
+    it; with file and line.
     """
-    file, definition = file_of(path)[0], load(path).definition
-    name, modules = definition.name, read_modules(file)
+    file, definition, modules = source.path, source.load().definition, source.modules()
+    name = definition.name
     for problem in modules.problems:
         raise BuildError(problem)
     texts = {module: own.renamed for module, own in modules.modules.items()}

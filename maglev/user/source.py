@@ -1,4 +1,4 @@
-"""A block of the user's, such as a controller: a class of a Python file, or a class itself."""
+"""Where a block comes from: an FMU, a class in a Python file of the user, or a class of this process."""
 
 import ast
 import hashlib
@@ -8,17 +8,20 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import module_from_spec, spec_from_file_location
-from itertools import count
 from pathlib import Path
 from traceback import walk_tb
+from typing import NoReturn
 
 from controller_fmu.drawings import WRITTEN_ICON, WRITTEN_SKETCH
 from controller_fmu.sample_clock import SampleClock
+from maglev.descriptions.own_fmus import built_here
+from maglev.files.cache import digest_at
 from maglev.files.copies import copied, original
 from maglev.files.errors import ControllerError, nearest, nearest_file, shortened
 from maglev.files.regular_file import regular
+from maglev.files.session import SESSION
 from maglev.fmi.declaration import Undeclared, WrittenDefinition, definition_of
 from maglev.fmi.trouble import RAISED, error_text
 from maglev.language.errors import ExportError
@@ -26,8 +29,7 @@ from maglev.language.sources import parsed
 from maglev.user.declaring_lines import declaring_line
 from maglev.user.own_modules import OwnModules, own_modules
 
-SOURCE = re.compile(r"(.*\.py)(?::(\w+))?$", re.DOTALL)   # lqi.py, lqi.py:LQI
-GIVEN = "class "                                           # begins the name of a path that stands for a class
+NAMED = re.compile(r"(.*\.py)(?::(\w+))?$", re.DOTALL)   # lqi.py, lqi.py:LQI
 
 HELP = "`maglev new controller lqi.py` and `maglev new plant mover.py` write one to begin with"
 
@@ -37,9 +39,7 @@ EXACT = {"pi", "tau", "e", "inf", "nan", "sqrt", "fabs", "floor", "ceil", "trunc
 LIBRARIES = {"math", "cmath", "random", "statistics", "time", "os", "ctypes"}
 
 Given = str | Path | type | object   # a block: its name, its FMU or Python file, its class, or an object of this
-
-CLASSES: dict[Path, type] = {}                # classes that were given as such, by the path that stands for them
-LOADED: dict[tuple[Path, str], "Written"] = {}   # by path and digest of everything that is read
+Digests = tuple[tuple[str, str], ...]   # names and digests of files
 
 
 @dataclass(frozen=True)
@@ -49,29 +49,192 @@ class Written:
     definition: WrittenDefinition
     file: Path | None                      # None if it was given as a class
     requires: tuple[str, ...]              # packages that it imports, and that no FMU carries
-    sha256: tuple[tuple[str, str], ...]    # names and digests of its file and the modules next to it; of a class's text
+    sha256: Digests                        # of its file and the modules next to it; of a class's text
 
 
-def is_written(path: Path) -> bool:
-    """Return True if a path names a Python file, perhaps with a class in it, or stands for a class."""
-    return is_class(path) or SOURCE.match(str(path)) is not None
+class Loaded:
+    """What this process has executed: classes by file, name and digests of all that is read, and names of modules."""
+
+    def __init__(self) -> None:
+        self.classes: dict[tuple[Path, str | None, Digests], Written] = {}
+        self.modules: set[str] = set()
+
+    def close(self) -> None:
+        for name in self.modules:
+            sys.modules.pop(name, None)
 
 
-def is_class(path: Path) -> bool:
-    """Return True if a path stands for a class, which no other process knows."""
-    return str(path).startswith(GIVEN)
+@dataclass(frozen=True)
+class FmuFile:
+    """The file of an FMU, which need not be there."""
+
+    path: Path
+
+    def __str__(self) -> str:
+        return str(self.path)
+
+    @property
+    def name(self) -> str:
+        """Return its name in messages."""
+        return self.path.name
+
+    @property
+    def exists(self) -> bool:
+        return self.path.is_file()
+
+    @property
+    def built_here(self) -> bool:
+        return built_here(self.path)
+
+    @property
+    def foreign(self) -> bool:
+        """Return True if it is not of this installation; a missing file is refused later."""
+        return self.exists and not self.built_here
+
+    @property
+    def runs_apart(self) -> bool:
+        """Return True if it runs in another process."""
+        return self.foreign
+
+    def copy(self) -> "FmuFile":
+        """Return a copy of the file as it is now; a copy itself, or a missing file, is returned as it is."""
+        if not self.exists or original(self.path) != self.path:
+            return self
+        return FmuFile(copied({self.name: self.path.read_bytes()}, self.path.parent) / self.name)
+
+    def digests(self) -> Digests:
+        """Return the name and the digest of the file."""
+        return ((self.name, digest_at(self.path)),)
+
+    def keeps_bits(self) -> bool:
+        """Return True if it computes the same bits everywhere: this installation builds it."""
+        return self.built_here
 
 
-def path_of(given: Given) -> Path:
-    """Path of a block; one that stands for it if a class is given, or an object, as which those of a run begin.
+@dataclass(frozen=True)
+class PythonFile:
+    """A class in a Python file: the one of a name, or the only one with ports."""
+
+    path: Path
+    class_name: str | None = None
+
+    exists = runs_apart = True   # a missing file is refused when it is read
+    built_here = foreign = False
+
+    def __str__(self) -> str:
+        return str(self.path) if self.class_name is None else f"{self.path}:{self.class_name}"
+
+    @property
+    def name(self) -> str:
+        """Return its name in messages."""
+        return str(replace(self, path=Path(self.path.name)))
+
+    def modules(self) -> OwnModules:
+        """Return the text of the file and of the modules next to it; ControllerError if it cannot be read."""
+        if not regular(self.path).is_file():
+            raise ControllerError(f"there is no file {self.path}{nearest_file(self.path)}; {HELP}")
+        return read_modules(self.path)
+
+    def load(self) -> Written:
+        """Read and execute the file.
+
+        ControllerError if there is no such file or class, it cannot be executed, or it declares what does not fit.
+        """
+        modules, loaded = self.modules(), SESSION.part(Loaded)
+        key = (self.path.absolute(), self.class_name, modules.sha256)
+        if key not in loaded.classes:
+            loaded.classes[key] = Written(defined(self.path, self.class_name, modules), self.path, modules.requires,
+                                          modules.sha256)
+        return loaded.classes[key]
+
+    def copy(self) -> "PythonFile":
+        """Return copies of the file and of the modules next to it, as they are now; errors as in `load`."""
+        folder = self.path.absolute().parent
+        modules = {module.file.absolute() for module in self.modules().modules.values()}
+        packages = {parent / "__init__.py" for path in modules for parent in path.parents if folder in parent.parents}
+        files = {str(path.relative_to(folder)): path.read_bytes() for path in {*modules, *packages} if path.is_file()}
+        return replace(self, path=copied(files, folder) / self.path.name)
+
+    def digests(self) -> Digests:
+        """Return names and digests of the file and of the modules next to it; errors of the files as in `load`."""
+        return self.modules().sha256
+
+    def keeps_bits(self) -> bool:
+        """Return True if it computes the same bits everywhere: it imports only ours and exact functions."""
+        modules = self.modules()
+        return not modules.requires and all(
+            set(imported_names(module.text)) <= EXACT for module in modules.modules.values())
+
+    def place_of(self, word: str) -> str:
+        """Return file and line in which its class declares a port, a parameter or a table."""
+        return line_in(self.path, self.class_name, word)
+
+
+@dataclass(frozen=True)
+class PythonClass:
+    """A class that runs in this process alone, because no other process knows it."""
+
+    written: type
+
+    exists = True
+    runs_apart = built_here = foreign = False
+
+    def __str__(self) -> str:
+        return f"class {self.written.__name__}"
+
+    def __reduce__(self) -> NoReturn:
+        raise ControllerError(f"{self}: a class runs only in the process that defines it, and this needs others; give "
+                              "its file, such as lqi.py or lqi.py:LQI")
+
+    @property
+    def name(self) -> str:
+        """Return its name in messages."""
+        return str(self)
+
+    def load(self) -> Written:
+        """Return the class with its declarations; ControllerError if it declares what does not fit."""
+        return Written(declared(self.written, None), None, (), self.digests())
+
+    def copy(self) -> "PythonClass":
+        """Return the class, which no edit reaches."""
+        return self
+
+    def digests(self) -> Digests:
+        """Return the digest of its text, if that is known: it may have been typed, and not kept."""
+        try:
+            text = inspect.getsource(self.written)
+        except (OSError, TypeError):
+            return ()
+        return ((str(self), hashlib.sha256(text.encode("utf-8")).hexdigest()),)
+
+    def keeps_bits(self) -> bool:
+        """Return False: what it imports is not known."""
+        return False
+
+    def place_of(self, _word: str) -> str:
+        """Return its name: it has no lines."""
+        return str(self)
+
+
+Source = FmuFile | PythonFile | PythonClass
+
+
+def source_of(given: Given) -> Source:
+    """Return the source of a block; an object gives a class whose objects begin as its copies.
 
     ControllerError if the object cannot be copied.
     """
+    if isinstance(given, FmuFile | PythonFile | PythonClass):
+        return given
     if isinstance(given, str | Path):
-        return Path(given)
-    written = given if isinstance(given, type) else class_of(given)
-    paths = (Path(f"{GIVEN}{written.__name__}{f' ({number})' if number > 1 else ''}") for number in count(1))
-    return next(path for path in paths if CLASSES.setdefault(path, written) is written)
+        return file_source(given)
+    return PythonClass(given if isinstance(given, type) else class_of(given))
+
+
+def file_source(path: str | Path) -> FmuFile | PythonFile:
+    """Return the class in a Python file, `lqi.py` or `lqi.py:LQI`, or the FMU of any other path."""
+    named = NAMED.match(str(path))
+    return FmuFile(Path(path)) if named is None else PythonFile(Path(named[1]), named[2])
 
 
 def class_of(given: object) -> type:
@@ -90,13 +253,14 @@ def class_of(given: object) -> type:
                               "one") from None
 
 
-def carried(given: Given) -> str | Path:
-    """Return the form of a block that an FMU can carry: for a class, the file that defines it, with its name.
+def carried(given: Given) -> str | Path | PythonFile:
+    """Return a block in a form that an FMU can carry: its name or its FMU as given, or the Python file of a class.
 
     ControllerError if an object is given, if no file defines the class at its top level, or if the file is a script.
     """
     if isinstance(given, str | Path):
-        return given
+        source = file_source(given)
+        return source if isinstance(source, PythonFile) else given
     try:
         file = inspect.getsourcefile(given) if isinstance(given, type) and given.__module__ != "__main__" else None
     except (OSError, TypeError):
@@ -105,7 +269,7 @@ def carried(given: Given) -> str | Path:
         kind = "a class" if isinstance(given, type) else "an object"
         raise ControllerError(f"{name_of(given)}: {kind} outside any module, which only this process can run; give "
                               "its file, such as lqi.py or lqi.py:LQI")
-    return Path(f"{file}:{name_of(given)}")
+    return PythonFile(Path(file), name_of(given))
 
 
 def name_of(given: Given) -> str:
@@ -113,13 +277,6 @@ def name_of(given: Given) -> str:
     if isinstance(given, str | Path):
         return Path(given).name
     return (given if isinstance(given, type) else type(given)).__name__
-
-
-def file_of(path: Path) -> tuple[Path, str | None]:
-    """File that a path names, and the class in it."""
-    match = SOURCE.match(str(path))
-    assert match is not None
-    return Path(match[1]), match[2]
 
 
 @contextmanager
@@ -144,46 +301,6 @@ def folder_first(folder: Path) -> Iterator[None]:
                 del sys.modules[name]
 
 
-def load(path: Path) -> Written:
-    """Read and execute the file or class that a path names.
-
-    ControllerError if there is no such file or class, it cannot be executed, or it declares what does not fit.
-    """
-    if is_class(path):
-        return load_class(path)
-    file, name = existing(path), file_of(path)[1]
-    modules = read_modules(file)
-    key = (path.absolute(), str(modules.sha256))
-    if key not in LOADED:
-        LOADED[key] = Written(defined(file, name, modules), file, modules.requires, modules.sha256)
-    return LOADED[key]
-
-
-def digests(path: Path) -> tuple[tuple[str, str], ...]:
-    """Names and digests of the file that a path names and of the modules next to it, or of a class's text.
-
-    Nothing is executed; errors of the files as in `load`.
-    """
-    return load_class(path).sha256 if is_class(path) else read_modules(existing(path)).sha256
-
-
-def requirements(path: Path) -> tuple[str, ...]:
-    """Return the packages that a path's file imports, and that no FMU carries; none for a class. Errors as above."""
-    return () if is_class(path) else read_modules(existing(path)).requires
-
-
-def keeps_bits(path: Path) -> bool:
-    """Return True if the code at a path computes the same bits everywhere: it imports only ours and exact functions.
-
-    False for a class, whose file is not known; errors of files as in `load`.
-    """
-    if is_class(path):
-        return False
-    modules = read_modules(existing(path))
-    return not modules.requires and all(
-        set(imported_names(module.text)) <= EXACT for module in modules.modules.values())
-
-
 def imported_names(text: str) -> Iterator[str]:
     """Names that a text takes from `math`; the module itself, where it imports that."""
     for node in ast.walk(parsed(text)):
@@ -193,27 +310,6 @@ def imported_names(text: str) -> Iterator[str]:
             yield from (alias.name for alias in node.names if alias.name in LIBRARIES)
         elif isinstance(node, ast.ImportFrom) and node.module in LIBRARIES:
             yield node.module or ""
-
-
-def existing(path: Path) -> Path:
-    """File that a path names; ControllerError if there is none."""
-    file = file_of(path)[0]
-    if not regular(file).is_file():
-        raise ControllerError(f"there is no file {file}{nearest_file(file)}; {HELP}")
-    return file
-
-
-def copy_of(path: Path) -> Path:
-    """Path of copies of the file and of the modules next to it, errors as in `load`; for a class its own path."""
-    if is_class(path):
-        return path
-    file, name = existing(path), file_of(path)[1]
-    folder = file.absolute().parent
-    modules = {module.file.absolute() for module in read_modules(file).modules.values()}
-    packages = {parent / "__init__.py" for path in modules for parent in path.parents if folder in parent.parents}
-    files = {str(path.relative_to(folder)): path.read_bytes() for path in {*modules, *packages} if path.is_file()}
-    copy = copied(files, folder) / file.name
-    return copy if name is None else Path(f"{copy}:{name}")
 
 
 def read_modules(file: Path) -> OwnModules:
@@ -237,6 +333,7 @@ def defined(file: Path, name: str | None, modules: OwnModules) -> WrittenDefinit
     module = module_from_spec(specification)
     module.__file__ = str(original(file.absolute()))   # data may lie next to it
     sys.modules[unique] = module   # where pickle and dataclasses look for it
+    SESSION.part(Loaded).modules.add(unique)
     with folder_first(folder):
         try:
             specification.loader.exec_module(module)
@@ -273,20 +370,6 @@ def chosen(file: Path, name: str | None, classes: dict[str, type]) -> type:
     return classes[blocks[0]]
 
 
-def load_class(path: Path) -> Written:
-    if path not in CLASSES:
-        raise ControllerError(f"{path}: a class runs only in the process that defines it, and this needs others; give "
-                              "its file, such as lqi.py or lqi.py:LQI")
-    given = CLASSES[path]
-    try:
-        text = inspect.getsource(given)
-    except (OSError, TypeError):
-        sha256: tuple[tuple[str, str], ...] = ()   # it was typed, and not kept
-    else:
-        sha256 = ((str(path), hashlib.sha256(text.encode("utf-8")).hexdigest()),)
-    return Written(declared(given, None), None, (), sha256)
-
-
 def declared(written: type, file: Path | None) -> WrittenDefinition:
     """Definition of a class; ControllerError names its file, and the line in it."""
     try:
@@ -302,8 +385,3 @@ def line_in(file: Path, name: str | None, word: str) -> str:
     """Return file and line of a class's port, parameter or table; the file alone if it has no such line."""
     line = declaring_line(file.read_text(encoding="utf-8-sig"), name, word)
     return file.name if line is None else f"{file.name}, line {line}"
-
-
-def declared_in(path: Path, word: str) -> str:
-    """Return the same for the class that a path names, without executing it; its name if a class was given."""
-    return str(path) if is_class(path) else line_in(*file_of(path), word)

@@ -12,6 +12,7 @@ from fmpy.fmi1 import FMICallException
 
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.cosim.master import FmuSetup, Master
+from maglev.user.source import FmuFile
 
 STEP, END = 2e-4, 0.04   # s
 AXES, MOTORS, PHASES = "yxz", ("alpha", "beta"), "abc"
@@ -41,7 +42,7 @@ def test_its_elements_are_the_scalars(fmi3_fmus: Path, tmp_path: Path, monkeypat
     still = fmpy.simulate_fmu(str(path), stop_time=10 * STEP, step_size=STEP, output_interval=STEP, output=["position"],
                               start_values={"position_start": ["0.0251", "0.001", "-0.002"]})
     assert still["position"].shape == (11, 3) and list(still["position"][0]) == [0.0251, 1e-3, -2e-3]
-    with Fmu("arrays", path, read_description("arrays", path)) as fmu:
+    with Fmu("arrays", FmuFile(path), read_description("arrays", path)) as fmu:
         reference = {v.name: v.valueReference for v in fmpy.read_model_description(str(path)).modelVariables}
         for values in ([1.0, 2.0], [1.0, 2.0, 1e9]):
             with pytest.raises(FMICallException):

@@ -13,6 +13,7 @@ from named_stage import Stage3DOF
 from controller_fmu.status import NONLINEAR
 from controller_fmu.velocity_observer import ObserverFilter
 from maglev.user.build import buildable
+from maglev.user.source import PythonFile
 
 TS = 0.2e-3   # s
 EXAMPLES = ALL_EXAMPLES / "adapting"
@@ -47,7 +48,7 @@ NAMES = {"ADRC": "adrc", "L1Regulator": "l1_adaptive", "DirectionalRegulator": "
 
 @pytest.mark.parametrize("law", NAMES)
 def test_it_keeps_to_what_a_native_fmu_can_have(law: str) -> None:
-    with buildable(EXAMPLES / f"{NAMES[law]}.py", native=True) as built:
+    with buildable(PythonFile(EXAMPLES / f"{NAMES[law]}.py"), native=True) as built:
         assert built.definition.name == law
 
 

@@ -12,7 +12,7 @@ from native_builds import require_native_tools
 from scipy.integrate import solve_ivp
 
 import maglev
-from maglev.user.source import load
+from maglev.user.source import PythonFile
 
 FOLDER = EXAMPLES / "magnetic_bearing"
 CORE, MASS, AIR_GAP, ECCENTRICITY, TURNING, G = 1.13e-5, 4.0, 0.4e-3, 1e-6, 628.0, 9.81
@@ -36,7 +36,7 @@ def rates(time: float, state: np.ndarray, commands: np.ndarray, load: float) -> 
 def test_it_moves_as_the_equations_say(slow: None) -> None:
     """With the example's own controller, through lift and step, and currents as states instead of the flux."""
     run = maglev.run(FOLDER / "levitate.toml")
-    law = load(FOLDER / "controller.py").definition.new_block().law
+    law = PythonFile(FOLDER / "controller.py").load().definition.new_block().law
     state = np.array([0.0, -150e-6, *np.zeros(6)])
     found = [state[:2]]
     for k in range(2200):
@@ -105,7 +105,7 @@ def test_plain_fmpy_runs_the_plant_in_c(in_c: Path, tmp_path: Path) -> None:
     plant.setReal([number["turning"]], [628.0])
     plant.enterInitializationMode()
     plant.exitInitializationMode()
-    law = load(FOLDER / "controller.py").definition.new_block().law
+    law = PythonFile(FOLDER / "controller.py").load().definition.new_block().law
     places = [number["x.position"], number["y.position"]]
     commands = [number[f"{axis}.{magnet}.i_cmd"] for axis in "xy" for magnet in ("plus", "minus")]
     found = [plant.getReal(places)]

@@ -10,6 +10,7 @@ from maglev.cosim.port_map import read_port_maps
 from maglev.runs.preparation import Experiment, prepare
 from maglev.runs.replacement import Replacement
 from maglev.scenario.loading import load_plan
+from maglev.user.source import FmuFile
 
 AT = 0.1   # s, time of the step in which the fault shows
 
@@ -111,4 +112,4 @@ def faulty_run(fmu: Path, fmus: Path, stop_time: float = 0.3, timeout: float = 6
     """The 2-DOF stage under that controller."""
     ports = read_port_maps(EXAMPLES / "pd_controller_c" / "ports.toml")["controller"]
     plan = load_plan("2dof-step-1-nonlinear").model_copy(update={"stop_time": stop_time})
-    return prepare(plan, fmus, {"controller": Replacement(fmu, ports)}, {}, {"timeout": timeout})
+    return prepare(plan, fmus, {"controller": Replacement(FmuFile(fmu), ports)}, {}, {"timeout": timeout})

@@ -10,7 +10,7 @@ from named_blocks import named_block
 
 from maglev.user.new_controller import new_controller, new_plant
 from maglev.user.scenario_loop import setpoints
-from maglev.user.source import load
+from maglev.user.source import PythonFile
 from pmlsm.stage_description import StageDescription
 
 THOROUGH = [pytest.param(law, marks=pytest.mark.thorough) for law in ("Linear", "PID")]
@@ -56,7 +56,7 @@ def first_files(stage: Path, description: StageDescription, at: list[float], off
 
     Accelerations that it demands, its currents (motors, 2), and accelerations of the first plant under these.
     """
-    controller, plant = (load(make(stage.with_name(file), str(stage))).definition.new_block().law
+    controller, plant = (PythonFile(make(stage.with_name(file), str(stage))).load().definition.new_block().law
                          for make, file in ((new_controller, "law.py"), (new_plant, "mover.py")))
     for axis, position, error in zip(description.axis_names, at, off, strict=True):
         getattr(controller, axis).measured = getattr(plant, axis).position_start = position

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from written_controllers import controller
 
-from maglev.user.source import load
+from maglev.user.source import PythonFile
 
 MakePD = Callable[..., type]
 
@@ -20,6 +20,6 @@ def pd_class(tmp_path_factory: pytest.TempPathFactory) -> MakePD:
 
     def make(*changes: tuple[str, str]) -> type:
         made.append(controller(folder, *changes, name=f"pd{len(made)}.py"))
-        found: type = load(made[-1]).definition.arguments[0]
+        found: type = PythonFile(made[-1]).load().definition.arguments[0]
         return found
     return make

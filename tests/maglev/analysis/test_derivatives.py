@@ -11,7 +11,6 @@ from maglev.analysis.derivatives import Derivative, derivative
 from maglev.analysis.participant import Participant
 from maglev.cosim.master import FmuSetup
 from maglev.files.errors import LinearModelError
-from maglev.user.source import path_of
 
 REST = 1e-3   # m
 
@@ -91,7 +90,7 @@ class Locked(Law):
 @contextmanager
 def simulated(law: type) -> Iterator[Participant]:
     """The law at rest, after it was somewhere else."""
-    with Participant(FmuSetup("controller", path_of(law)), ["y.measured"], ["alpha.i_a_cmd"], 1e-3) as part:
+    with Participant(FmuSetup("controller", law), ["y.measured"], ["alpha.i_a_cmd"], 1e-3) as part:
         past = np.full((60, 1), REST)
         past[:5] += 1e-6
         outputs = [part.step(row) for row in past.tolist()]

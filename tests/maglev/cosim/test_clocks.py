@@ -23,6 +23,7 @@ from maglev.cosim.master import FmuSetup, Master
 from maglev.cosim.port_map import read_port_maps
 from maglev.runs.replacement import Replacement, fit
 from maglev.scenario.loading import load_plan
+from maglev.user.source import FmuFile
 
 SAMPLE = 2e-4   # s
 WIRES = [*((f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in "yxz"),
@@ -51,7 +52,7 @@ def test_a_clocked_controller_gives_the_same_bits(native_fmus: Path, clocked_fmu
 
 def test_nothing_is_said_of_a_clock_that_nothing_feeds(clocked_fmus: Path) -> None:
     """The master ticks it."""
-    controller = Replacement(clocked_fmus / "Regulator3DOF.fmu")
+    controller = Replacement(FmuFile(clocked_fmus / "Regulator3DOF.fmu"))
     note, = fit(load_plan("3dof-setpoints"), {"controller": controller})[1]
     assert note.startswith("nothing feeds controller.y.reference_rate,") and "clock" not in note
 

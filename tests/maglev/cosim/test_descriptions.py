@@ -11,6 +11,7 @@ from maglev.cosim.fmu import Fmu, flaw_note, read_description, unpack
 from maglev.descriptions.own_fmus import definition
 from maglev.files.errors import FmuError
 from maglev.fmi.model_description import model_description
+from maglev.user.source import FmuFile
 
 
 def described(folder: Path, old: str, new: str) -> Path:
@@ -40,7 +41,7 @@ def test_a_binary_for_other_machines(tmp_path: Path, libraries: list[str], named
             archive.writestr(f"binaries/{library}", "")
     expected = f"theirs.fmu cannot be loaded: it has binaries for {named}, expected {fmpy.platform} or "
     with pytest.raises(FmuError, match=expected):
-        Fmu("plant", path, read_description("plant", path))
+        Fmu("plant", FmuFile(path), read_description("plant", path))
 
 
 @pytest.mark.parametrize("name", ["resources\\a.txt", "/etc/a.txt", "C:a.txt"])
@@ -49,7 +50,7 @@ def test_a_path_that_fmi_does_not_have(tmp_path: Path, name: str) -> None:
     with zipfile.ZipFile(path, "a") as archive:
         archive.writestr(name, "")
     with pytest.raises(FmuError, match=re.escape(f"cannot be loaded: it has the file {name!r}, expected a relative")):
-        Fmu("plant", path, read_description("plant", path))
+        Fmu("plant", FmuFile(path), read_description("plant", path))
 
 
 def test_nothing_is_unpacked_outside(tmp_path: Path) -> None:
@@ -116,7 +117,7 @@ def test_a_small_flaw_of_a_description_is_said_and_does_no_harm(tmp_path: Path, 
     change, said = FLAWS[case]
     path = described(tmp_path, *change)
     assert "v.position" in {variable.name for variable in read_description("plant", path).modelVariables}
-    note = flaw_note(read_description("plant", path))
+    note = flaw_note(path)
     assert note.startswith("its model description is flawed: ") and said in note
     assert "\n" not in note
 

@@ -38,6 +38,7 @@ from maglev.files.json_lines import line_of
 from maglev.files.scratch import remove_leftovers
 from maglev.files.worker_process import Said, WorkerProcess, said_in
 from maglev.runs.execution import execute
+from maglev.user.source import FmuFile
 
 ROWS = round(AT / 5e-4) + 1   # until the fault, with the first one
 
@@ -76,7 +77,7 @@ def require_beginning(recording: Recording, healthy: Recording, rows: int) -> No
 def test_a_run_apart_is_the_run_here(fmus: Path, healthy: Recording, tmp_path: Path,
                                      monkeypatch: pytest.MonkeyPatch) -> None:
     """Bit for bit, with the same columns in the same order."""
-    monkeypatch.setattr("maglev.runs.preparation.is_foreign", lambda *_: False)
+    monkeypatch.setattr(FmuFile, "foreign", False)
     require_beginning(healthy, faulty_run(faulty("none", tmp_path), fmus).run(), 601)
     assert np.ptp(healthy.columns["plant.v.position"]) > 0.0
 
@@ -115,9 +116,10 @@ def test_an_fmu_that_claims_to_be_ours_is_not_trusted(fmus: Path, tmp_path: Path
 def test_an_fmu_that_claims_to_be_ours_is_not_freed_after_a_fatal_status(fmus: Path, tmp_path: Path,
                                                                          unpacked: Path) -> None:
     """FMI forbids every call after it; that FMU's would crash. Ours can be freed, and are."""
-    with Fmu("controller", fmu := claiming(faulty("fatal", tmp_path)), read_description("controller", fmu)) as loaded:
+    fmu = claiming(faulty("fatal", tmp_path))
+    with Fmu("controller", FmuFile(fmu), read_description("controller", fmu)) as loaded:
         loaded.failed("fmi2DoStep", FATAL)
-    with Fmu("plant", ours := fmus / "Plant2DOF.fmu", read_description("plant", ours)) as loaded:
+    with Fmu("plant", FmuFile(ours := fmus / "Plant2DOF.fmu"), read_description("plant", ours)) as loaded:
         freed = []
         assert loaded.instance is not None
         loaded.instance.freeInstance, free = lambda: freed.append("ours"), loaded.instance.freeInstance

@@ -10,6 +10,7 @@ import pytest
 from fmpy import fmi1
 
 from maglev.cosim.fmu import Fmu, read_description
+from maglev.user.source import FmuFile
 
 
 def test_threads_that_load_fmus_leave_the_working_directory(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -25,7 +26,7 @@ def test_threads_that_load_fmus_leave_the_working_directory(native_fmus: Path, m
     description, before = read_description("commutation", path), os.getcwd()
     try:
         with ThreadPoolExecutor(2) as pool:
-            for fmu in pool.map(lambda _: Fmu("commutation", path, description), range(4)):
+            for fmu in pool.map(lambda _: Fmu("commutation", FmuFile(path), description), range(4)):
                 fmu.close()
         assert os.getcwd() == before
     finally:

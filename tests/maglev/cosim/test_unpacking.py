@@ -13,6 +13,7 @@ from maglev.cosim import fmu as module
 from maglev.cosim.fmu import HERE, Fmu, read_description, runs_python, unpack, unpacking_folder
 from maglev.files.errors import FmuError
 from maglev.files.scratch import remove_scratch
+from maglev.user.source import FmuFile
 
 FOLDERS = ["o'brien", "Dropbox (ACME)", "R&D", "50 %", "a+b", "#1", "ünï", "a,b", "a;b", "x=1", "[a]", "a@b", "$(a)"]
 
@@ -28,7 +29,7 @@ def step_below(folder: Path, path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
     """Where an FMU was unpacked that makes a step while temporary files are in a folder."""
     folder.mkdir(exist_ok=True)
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
-    with Fmu("pd", path, read_description("pd", path)) as instance:
+    with Fmu("pd", FmuFile(path), read_description("pd", path)) as instance:
         instance.initialise({}, 0.0, 1.0)
         instance.instance.doStep(0.0, 5e-4)
         return instance.folder.parent

@@ -26,7 +26,7 @@ from maglev.runs.carried_experiments import carried_experiments
 from maglev.runs.digests import read_digests
 from maglev.runs.parameter_file import read_parameters
 from maglev.scenario.loading import load_plan
-from maglev.user.source import load
+from maglev.user.source import PythonFile
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
 
@@ -55,7 +55,8 @@ READERS: dict[str, tuple[str, Callable[[Path], Any]]] = {
     "digests": ("digests.txt", lambda path: read_digests(path.parent)), "model": ("a.toml", model_settings),
     "FMU": ("a.fmu", lambda path: read_description("plant", path)),
     "description": ("a.fmu", lambda path: checked_description(f"{path}", path)),
-    "experiments": ("a.fmu", carried_experiments), "controller": ("a.py", load), "dataset": ("a.parquet", read_dataset)}
+    "experiments": ("a.fmu", carried_experiments), "controller": ("a.py", lambda path: PythonFile(path).load()),
+    "dataset": ("a.parquet", read_dataset)}
 
 
 @pytest.mark.parametrize("reader", READERS)

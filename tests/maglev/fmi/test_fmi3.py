@@ -25,7 +25,7 @@ from maglev.fmi.definition import read
 from maglev.fmi.model_description import build_description, model_description, model_description_3, terminals_and_icons
 from maglev.fmi.native_build import SHELLS
 from maglev.language.errors import ExportError
-from maglev.user.source import load, path_of
+from maglev.user.source import FmuFile, PythonClass
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
 ARM64_WINDOWS = 0xAA64   # of PE
@@ -93,7 +93,7 @@ class Gain:
 def test_units_of_a_class_of_the_user(tmp_path: Path, unit: str) -> None:
     """None at all, of which FMI has no list; or any but that of the time."""
     written = type("Gain", (Gain,), {"inputs": {"u": unit}, "outputs": {"y": unit}})
-    block = load(path_of(written)).definition
+    block = PythonClass(written).load().definition
     of_fmi_2 = described(tmp_path, model_description(block, "{k}", "1", 0))
     of_fmi_3 = described(tmp_path, model_description_3(block, "{k}", "1", 0))
     assert [unit.name for unit in of_fmi_2.unitDefinitions] == [unit] * bool(unit)
@@ -103,7 +103,7 @@ def test_units_of_a_class_of_the_user(tmp_path: Path, unit: str) -> None:
 @pytest.mark.parametrize(("name", "clocked"), [("time", False), ("clock", True)])
 def test_a_name_that_fmi_3_has(name: str, clocked: bool) -> None:
     table = {"sample_time": 0.1, "step": lambda self, t: None, "inputs": {"u": ""} if clocked else Gain.inputs}
-    block = load(path_of(type("Gain", (Gain,), table))).definition
+    block = PythonClass(type("Gain", (Gain,), table)).load().definition
     with pytest.raises(ExportError, match=f"Gain: FMI 3.0 has a variable {name} of its own, expected another name"):
         model_description_3(replace(block, clocked=clocked), "{k}", "1", 0)
 
@@ -189,7 +189,7 @@ def test_versions_run_mixed_with_the_same_bits(native_fmus: Path, fmi3_fmus: Pat
 def started(folder: Path, name: str) -> Fmu:
     """An instance after its initialization."""
     path = folder / f"{name}.fmu"
-    fmu = Fmu(name, path, read_description(name, path))
+    fmu = Fmu(name, FmuFile(path), read_description(name, path))
     fmu.initialise({}, 0.0, 1.0)
     return fmu
 

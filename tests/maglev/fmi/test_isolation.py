@@ -13,11 +13,12 @@ from maglev.descriptions.own_fmus import DEFINITIONS, definition
 from maglev.files.packages import IN_FMUS
 from maglev.fmi.build import Maker, build_fmu
 from maglev.language.sources import carried_modules
+from maglev.user.source import FmuFile
 
 
 def falling(path: Path) -> float:
     """Air gap after 20 ms of fall."""
-    with Fmu(path.stem, path, read_description(path.stem, path)) as fmu:
+    with Fmu(path.stem, FmuFile(path), read_description(path.stem, path)) as fmu:
         fmu.initialise({}, 0.0, 1.0)
         for k in range(100):
             fmu.instance.doStep(k * 2e-4, 2e-4)

@@ -15,6 +15,7 @@ from fmu_access import another, bits, outputs, put, read, refusal, step
 from maglev.cosim.fmu import Fmu
 from maglev.fmi import compiler
 from maglev.language.errors import ExportError
+from maglev.user.source import FmuFile
 
 Load = Callable[[str], Fmu]
 
@@ -226,7 +227,7 @@ def test_modules_of_a_native_run_need_no_python_of_the_project(native_fmus: Path
     before = set(sys.modules)
     path = native_fmus / "PID2DOF.fmu"
     from maglev.cosim.fmu import read_description
-    with Fmu("PID2DOF", path, read_description("PID2DOF", path)) as fmu:
+    with Fmu("PID2DOF", FmuFile(path), read_description("PID2DOF", path)) as fmu:
         fmu.initialise({}, 0.0, 1.0)
         step(fmu, 0, 3, 5e-4)
     assert not any(name.startswith("pid2dof_") for name in set(sys.modules) - before)

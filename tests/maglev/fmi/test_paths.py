@@ -16,6 +16,7 @@ from maglev.runs.preparation import prepare
 from maglev.scenario.catalogue import build_systems
 from maglev.scenario.layers import PACKAGED
 from maglev.scenario.loading import load_plan
+from maglev.user.source import FmuFile
 
 FOLDER = "mit Leerzeichen ünïcödé"
 
@@ -33,7 +34,7 @@ def test_every_fmu(elsewhere: Path, names: Iterable[str]) -> None:
     for name in names:
         path = elsewhere / f"{name}.fmu"
         description = read_description(name, path)
-        with Fmu(name, path, description) as component:
+        with Fmu(name, FmuFile(path), description) as component:
             component.initialise({}, 0.0, 1.0)
         step = float(description.defaultExperiment.stepSize)
         result = fmpy.simulate_fmu(str(path), stop_time=20.0 * step, step_size=step, output_interval=step)

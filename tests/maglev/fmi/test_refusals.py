@@ -14,6 +14,7 @@ from fmu_access import outputs, put, read, refusal, step
 
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.fmi.build import Maker, build_fmu
+from maglev.user.source import FmuFile
 
 Load = Callable[[str], Fmu]
 
@@ -263,7 +264,7 @@ def test_what_a_block_raises_in_a_step_is_refused(tmp_path: Path, number: float,
     maker = Maker("1", "licence", ("dividing_block", "maglev", "pythonfmu"))
     path = build_fmu(DIVIDER, "from dividing_block import DIVIDER as DEFINITION", maker, tmp_path)
     for _ in range(2):
-        component = Fmu("divider", path, read_description("divider", path))
+        component = Fmu("divider", FmuFile(path), read_description("divider", path))
         component.initialise({"number": 2.0}, 0.0, 1.0)
         component.instance.doStep(0.0, 0.1)
         assert read(component, "reciprocal") == 0.5

@@ -23,6 +23,7 @@ from maglev.runs.replacement import Replacement
 from maglev.scenario.layers import packaged_runs
 from maglev.scenario.loading import load_plan
 from maglev.user.blocks import built_blocks
+from maglev.user.source import FmuFile
 
 LIMITS = '''class Limits:
     """Of a part that others share."""
@@ -160,8 +161,8 @@ def test_a_part_that_two_have_is_refused(tmp_path: Path) -> None:
 
 def test_translated_classes_are_taken(native_fmus: Path, tmp_path: Path) -> None:
     fmu, = maglev.build(controller(tmp_path), fmus=tmp_path, kind="native", target="host")
-    experiment = prepare(load_plan(trial_file(tmp_path)), native_fmus, {"controller": Replacement(fmu)}, {})
-    written = built_blocks(experiment.files)
+    experiment = prepare(load_plan(trial_file(tmp_path)), native_fmus, {"controller": Replacement(FmuFile(fmu))}, {})
+    written = built_blocks(experiment.fmu_files)
     assert [*written] == ["controller"]
     measuring = Measuring(experiment.plan, experiment.times, ["plant.v.position"], 3)
     with RepeatedRun(experiment, None, measuring, written=written) as trial:

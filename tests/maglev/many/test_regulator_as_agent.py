@@ -11,6 +11,7 @@ from environments import STAGE_NAMES, same_bits
 import maglev
 from maglev.cosim.fmu import Buffer, Fmu, read_description
 from maglev.descriptions.packaged import PACKAGED_STAGES
+from maglev.user.source import FmuFile
 from pmlsm.stage_description import StageDescription
 
 Make = Callable[..., Any]
@@ -21,7 +22,7 @@ class Controller:
 
     def __init__(self, stage: StageDescription, name: str, folder: Path):
         path = folder / "native" / f"{name}.fmu"
-        self.fmu = Fmu(name, path, read_description(name, path))
+        self.fmu = Fmu(name, FmuFile(path), read_description(name, path))
         self.fmu.initialise({}, 0.0, 100.0)
         self.stage, self.sample = stage, 0
 

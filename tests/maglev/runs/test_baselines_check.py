@@ -25,7 +25,7 @@ from maglev.scenario.loading import load_plan
 from maglev.scenario.run_plan import CheckSettings, RunPlan, SignalTolerance
 from maglev.scenario.settings import start_values
 from maglev.user.new_controller import new_controller
-from maglev.user.source import keeps_bits
+from maglev.user.source import PythonFile
 
 STEP, EVERY, SAMPLES = 0.0005, 10, 8
 SIGNALS = {"plant.v.position": Tolerance(1e-6, 1e-3), "plant.motor.i_a": Tolerance(0.0, 1e-2),
@@ -238,9 +238,9 @@ def test_whose_bits_every_machine_has(tmp_path: Path, line: str, exact: bool) ->
     """A user's file that calls a library's sine is compared within tolerances."""
     path = new_controller(tmp_path / "mine.py", "2dof")
     text = path.read_text()
-    assert keeps_bits(path)
+    assert PythonFile(path).keeps_bits()
     path.write_text(text.replace("\nfrom ", f"\n{line}  # noqa\nfrom ", 1))
-    assert keeps_bits(path) == exact
+    assert PythonFile(path).keeps_bits() == exact
 
 
 def test_a_baseline_ends_before_contact(fmus: Path, tmp_path: Path) -> None:
@@ -347,7 +347,7 @@ def test_a_failed_update_leaves_the_old_baseline(fmus: Path, baselines: Path) ->
 
 def test_a_controller_without_signals_of_the_scenario(fmus: Path, tmp_path: Path) -> None:
     """Its baseline lacks what it lacks, and holds it to the rest; one of `new_controller` has no flags at all."""
-    mine = {"controller": Replacement(new_controller(tmp_path / "mine.py", "2dof"))}
+    mine = {"controller": Replacement(PythonFile(new_controller(tmp_path / "mine.py", "2dof")))}
     result = updated(short(), fmus, mine, [], tmp_path)
     assert result.status == "new", result.message
     assert {*read_baseline(tmp_path, short()).columns} == {"plant.v.position", "plant.h.position"}

@@ -19,6 +19,7 @@ from maglev.files.session import SESSION
 from maglev.runs.preparation import prepare
 from maglev.runs.replacement import Replacement
 from maglev.scenario.loading import load_plan
+from maglev.user.source import PythonFile
 
 LAW = '''
 from current import CURRENT
@@ -94,7 +95,7 @@ def test_an_edit_in_mid_run_changes_nothing(fmus: Path, law: Path, scenario: Pat
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_one_is_run_as_it_was_when_the_run_was_made_ready(fmus: Path, law: Path, scenario: Path) -> None:
-    experiment = prepare(load_plan(scenario), fmus, {"controller": Replacement(law)}, {})
+    experiment = prepare(load_plan(scenario), fmus, {"controller": Replacement(PythonFile(law))}, {})
     law.write_text("class Law(:\n")
     (law.parent / "late.py").write_text("LATE = 9.0\n")
     assert experiment.run().columns["controller.motor.i_b_cmd"][-1] == 0.5
@@ -149,7 +150,7 @@ def test_copies_go_with_the_process(fmus: Path) -> None:
     code = ("from pathlib import Path; from maglev.files.copies import Copies; "
             "from maglev.files.session import SESSION; "
             "from maglev.runs.preparation import prepare; from maglev.scenario.loading import load_plan; "
-            f"files = prepare(load_plan('2dof-setpoints'), Path({str(fmus)!r}), {{}}, {{}}).files; "
+            f"files = prepare(load_plan('2dof-setpoints'), Path({str(fmus)!r}), {{}}, {{}}).fmu_files; "
             "folder = SESSION.part(Copies).folder; "
             "assert all(folder in path.parents and path.is_file() for path in files.values()); print(folder)")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)

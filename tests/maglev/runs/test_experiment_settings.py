@@ -21,6 +21,7 @@ from maglev.runs.replacement import Replacement
 from maglev.scenario.loading import load_plan
 from maglev.scenario.options import RunOptions
 from maglev.scenario.settings import start_values
+from maglev.user.source import source_of
 
 RUN = "3dof-setpoints-improved"
 
@@ -56,7 +57,7 @@ def mine(tmp_path: Path) -> Path:
 
 def prepared(fmus: Path, path: Path, *settings: str, run: str = RUN, name: str = "controller",
              keep: bool = False) -> Experiment:
-    return prepare(load_plan(run), fmus, {name: Replacement(path, keep_settings=keep)},
+    return prepare(load_plan(run), fmus, {name: Replacement(source_of(path), keep_settings=keep)},
                    start_values(settings))
 
 
@@ -97,8 +98,8 @@ def test_a_signal_on_a_gain_is_a_setting_too(fmus: Path, mine: Path, tmp_path: P
                     'to = "controller.y.k1"\nkind = "constant"\nvalue = -1000\n')
 
     def driven(controller: Path, *settings: str, keep: bool = False) -> list[str]:
-        experiment = prepare(load_plan(path), fmus, {"controller": Replacement(controller, keep_settings=keep)},
-                             start_values(settings))
+        replaced = {"controller": Replacement(source_of(controller), keep_settings=keep)}
+        experiment = prepare(load_plan(path), fmus, replaced, start_values(settings))
         return [name for name in experiment.drives(experiment.check()) if name == "controller.y.k1"]
 
     assert driven(mine) == driven(mine, "controller.y.k1=3") == []

@@ -13,6 +13,7 @@ from maglev.runs.preparation import prepare
 from maglev.runs.replacement import Replacement
 from maglev.scenario.loading import load_plan
 from maglev.scenario.settings import start_values
+from maglev.user.source import FmuFile
 
 RUN = "3dof-pid-small-nonlinear"
 
@@ -45,7 +46,7 @@ def test_step_order_and_fmu(fmus: Path) -> None:
     plan = load_plan(RUN)
     shorter = prepare(plan, fmus, {}, {}, {"step": 0.1e-3, "order": "jacobi"}).provenance()
     assert shorter.differences == ("step = 0.0001 s instead of 0.0002 s", "order is jacobi")
-    other = prepare(plan, fmus, {"controller": Replacement(fmus / "PID3DOF.fmu")}, {})
+    other = prepare(plan, fmus, {"controller": Replacement(FmuFile(fmus / "PID3DOF.fmu"))}, {})
     assert other.provenance().differences == ("controller is PID3DOF.fmu",)
     assert other.plan.title == plan.title, "what differs is said next to the title, not in it"
 

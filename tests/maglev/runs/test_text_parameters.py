@@ -20,6 +20,7 @@ from maglev.runs.replacement import Replacement
 from maglev.scenario.loading import load_plan
 from maglev.scenario.run_plan import StartValue
 from maglev.scenario.settings import Settings, start_values
+from maglev.user.source import FmuFile, source_of
 
 C_CONTROLLER = EXAMPLES / "pd_controller_c"
 # The bandwidth is the number in a text, the damping ratio a tenth of the item of an enumeration.
@@ -75,7 +76,7 @@ def controlled(fmus: Path, controller: Path, settings: Settings = None) -> Exper
     """A short run of the 2-DOF stage under that controller."""
     ports = read_port_maps(C_CONTROLLER / "ports.toml")["controller"]
     plan = load_plan("2dof-step-1-nonlinear").model_copy(update={"stop_time": 0.05})
-    return prepare(plan, fmus, {"controller": Replacement(controller, ports)}, start_values(settings))
+    return prepare(plan, fmus, {"controller": Replacement(source_of(controller), ports)}, start_values(settings))
 
 
 def gap(experiment: Experiment) -> np.ndarray:
@@ -112,7 +113,7 @@ start = {{ tuning = "bandwidth 45", law = "soft" }}
 """)
     ports = read_port_maps(C_CONTROLLER / "ports.toml")["controller"]
     experiment = prepare(load_plan(str(tmp_path / "mine.toml")), fmus,
-                         {"controller": Replacement(controller, ports, keep_settings=True)}, {})
+                         {"controller": Replacement(source_of(controller), ports, keep_settings=True)}, {})
     assert given(experiment) == {"tuning": "bandwidth 45", "law": 7}
 
 
@@ -146,7 +147,7 @@ def test_texts_and_items_reach_an_fmu_of_fmi3(tmp_path: Path) -> None:
     variables = {variable.name: variable for variable in description.modelVariables}
     item = of_type(variables["level"], StartValue(float("nan"), None, "high", text="high"), "level")
     for start, expected in (({"text": "7.5"}, 7.5), ({"level": item.given}, 4.0)):
-        with Fmu("theirs", path, description) as fmu:
+        with Fmu("theirs", FmuFile(path), description) as fmu:
             fmu.initialise(start, 0.0, 1.0)
             buffer, = fmu.buffers([fmu.variable("y")])
             fmu.get(buffer)

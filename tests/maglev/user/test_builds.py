@@ -17,6 +17,7 @@ from maglev.scenario.loading import load_plan
 from maglev.user.build import importable
 from maglev.user.new_controller import new_class
 from maglev.user.own_modules import own_modules
+from maglev.user.source import FmuFile
 
 
 # What is written of a controller or a plant differs by what its stage has: most where it tilts.
@@ -143,7 +144,7 @@ def test_the_state_is_saved_and_restored(tmp_path: Path) -> None:
                        "        self.motor_i_b_cmd = 0.001 * len(self.seen)"),
                       ("self.motor_i_b_cmd = cos(angle - 2.0", "unused = cos(angle - 2.0"))
     fmu_file, = tool.build(path, fmus=tmp_path)
-    with Fmu("pd", fmu_file, read_description("pd", fmu_file)) as fmu:
+    with Fmu("pd", FmuFile(fmu_file), read_description("pd", fmu_file)) as fmu:
         fmu.initialise({"v.measured": 21e-3}, 0.0, 1.0)
         instance = fmu.instance
         references = [fmu.variables[name].valueReference for name in ("motor.i_a_cmd", "motor.i_b_cmd")]

@@ -18,7 +18,7 @@ from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.fmi.documentation import breakable
 from maglev.scenario.loading import load_plan
 from maglev.user.new_controller import new_plant
-from maglev.user.source import load
+from maglev.user.source import PythonFile
 from pmlsm.stage_description import StageDescription
 
 SHORT = 'extends = "{path}"\nname = "short"\nstop_time = "{time}"\n'
@@ -73,7 +73,7 @@ def rates(stage: StageDescription, state: np.ndarray, phases: np.ndarray, pushed
 def test_it_moves_as_the_equations_say(tmp_path: Path, stage: str) -> None:
     """By scipy with tight tolerances, from the page; half the step has a quarter of the error."""
     description = PACKAGED_STAGES[stage]
-    written_definition = load(new_plant(tmp_path / "mover.py", stage)).definition
+    written_definition = PythonFile(new_plant(tmp_path / "mover.py", stage)).load().definition
     drawn = np.random.default_rng(7)
     phases = drawn.uniform(-3.0, 3.0, (len(description.motors), 3))
     pushed = np.array([0.3 if axis.rotation else 2.0 for axis in description.axes])

@@ -1,5 +1,6 @@
 """What is wrong with a user's controller, each in one line that says what to do; no FMU is needed to say it."""
 
+import pickle
 import shutil
 import zipfile
 from importlib.util import module_from_spec, spec_from_file_location
@@ -10,9 +11,8 @@ from command_line import error_line, maglev
 from written_controllers import controller, line_of, trial
 
 import maglev as tool
-from maglev.runs.replacement import Replacement
 from maglev.scenario.loading import load_plan
-from maglev.user.source import CLASSES, load, path_of, read_modules
+from maglev.user.source import PythonClass, PythonFile, read_modules
 
 DECLARED = {
     "an attribute that is not there": (
@@ -51,7 +51,7 @@ def test_what_a_class_declares(tmp_path: Path, case: str) -> None:
     change, message = DECLARED[case]
     path = controller(tmp_path, change)
     with pytest.raises(tool.ControllerError) as refusal:
-        load(path)
+        PythonFile(path).load()
     said, tables = str(refusal.value), {"no table": "parameters = 3", "one name twice": '"v.measured": "m", "h.meas',
                                   "one attribute twice": '"v_measured": "m"'}
     word = tables.get(case) or next((f'"{name}":' for name in ("v.mesured", "bandwidth", "damping") if name in said
@@ -81,10 +81,10 @@ def test_a_module_beside_it_has_a_name_of_ours(tmp_path: Path, beside: str, line
     other.parent.mkdir(exist_ok=True)
     other.write_text("raise ImportError('executed')\n", encoding="utf-8")
     path = controller(tmp_path)
-    assert load(path).file == path
+    assert PythonFile(path).load().file == path
     path.write_text(line + path.read_text(encoding="utf-8"), encoding="utf-8")
     with pytest.raises(tool.ControllerError) as refusal:
-        load(path)
+        PythonFile(path).load()
     module = beside.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
     assert str(refusal.value) == (f"{other}: maglev-fmus has a module {module}, expected another name for the "
                                   "file next to the controller")
@@ -103,7 +103,7 @@ def test_a_file_that_cannot_be_executed(tmp_path: Path, case: str) -> None:
     text, message = EXECUTED[case]
     path = controller(tmp_path, ("LARGEST = 6.0\n", text))
     with pytest.raises(tool.ControllerError) as refusal:
-        load(path)
+        PythonFile(path).load()
     assert str(refusal.value).startswith(f"pd.py, line 6: {message}")
 
 
@@ -117,14 +117,14 @@ def test_an_expression_beyond_the_parser(tmp_path: Path, case: str) -> None:
     """Each version of Python has other bounds, and other errors beyond them."""
     path = controller(tmp_path, ("LARGEST = 6.0\n", f"LARGEST = 6.0\ndef unused():\n    return {NESTED[case]}\n"))
     with pytest.raises(tool.ControllerError, match=r"pd\.py(: an expression is nested too deeply|, line 8: SyntaxErr)"):
-        load(path)
+        PythonFile(path).load()
 
 
 def test_a_byte_order_mark(tmp_path: Path) -> None:
     """As editors on Windows write it; the FMU of the file has none."""
     path = controller(tmp_path)
     path.write_text(path.read_text(), encoding="utf-8-sig")
-    assert load(path).definition.name == "PD"
+    assert PythonFile(path).load().definition.name == "PD"
     assert next(iter(read_modules(path).modules.values())).renamed.startswith('"""PD')
 
 
@@ -144,20 +144,20 @@ def test_arithmetic_that_fails_has_its_line(fastest_fmus: Path, tmp_path: Path, 
 def test_an_object_that_cannot_be_made(tmp_path: Path) -> None:
     path = controller(tmp_path, ("        self.known = False", "        self.known = [][0]"))
     with pytest.raises(tool.ControllerError, match=r"^pd.py: PD\(\) failed: pd.py, line \d+: IndexError: list index"):
-        load(path)
+        PythonFile(path).load()
 
 
 def test_which_class_is_meant(tmp_path: Path) -> None:
     path = controller(tmp_path)
     path.write_text(path.read_text() + "\n\nclass Other(PD):\n    pass\n")
     with pytest.raises(tool.ControllerError, match=r"^pd.py: there are 2 classes with ports .*: pd.py:PD$"):
-        load(path)
-    assert load(Path(f"{path}:Other")).definition.name == "Other"
+        PythonFile(path).load()
+    assert PythonFile(path, "Other").load().definition.name == "Other"
     with pytest.raises(tool.ControllerError, match="^pd.py:Othr: there is no class Othr in it, nearest is 'Other'"):
-        load(Path(f"{path}:Othr"))
+        PythonFile(path, "Othr").load()
     path.write_text("class Rate:\n    pass\n")
     with pytest.raises(tool.ControllerError, match="^pd.py: there is no class with ports in it, expected one with"):
-        load(path)
+        PythonFile(path).load()
 
 
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
@@ -210,7 +210,5 @@ def test_a_class_is_of_its_process() -> None:
     class PD:
         pass
 
-    given = path_of(PD)
-    del CLASSES[given]   # as it is in another process
-    with pytest.raises(tool.ControllerError, match=r"class PD( \(\d+\))?: a class runs only in the process"):
-        Replacement(given).description("controller")
+    with pytest.raises(tool.ControllerError, match="class PD: a class runs only in the process"):
+        pickle.dumps(PythonClass(PD))

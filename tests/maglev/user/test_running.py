@@ -17,6 +17,7 @@ import maglev as tool
 from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.scenario.loading import load_plan
 from maglev.user.new_controller import new_controller
+from maglev.user.source import PythonFile
 
 
 def columns(run: tool.Run) -> dict[str, np.ndarray]:
@@ -145,14 +146,13 @@ def test_what_ran_is_written_down(fastest_fmus: Path, tmp_path: Path) -> None:
 
 def test_changes_of_a_file_and_of_its_modules_count_at_once(tmp_path: Path) -> None:
     """In one process: a notebook does not start again for every change."""
-    from maglev.user.source import load
 
     beside = tmp_path / "numbers_of_mine.py"
     path = controller(tmp_path, ("self.bandwidth = 60.0", "self.bandwidth = BANDWIDTH"),
                       ("LARGEST = 6.0\n", "LARGEST = 6.0\nfrom numbers_of_mine import BANDWIDTH\n"))
     for bandwidth in (40.0, 41.0):
         beside.write_text(f"BANDWIDTH = {bandwidth}\n")
-        assert load(path).definition.starts["bandwidth"] == bandwidth
+        assert PythonFile(path).load().definition.starts["bandwidth"] == bandwidth
 
 
 @pytest.mark.few(1)

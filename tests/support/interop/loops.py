@@ -4,7 +4,6 @@ import json
 import subprocess
 import sys
 from collections.abc import Mapping
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -24,6 +23,7 @@ from maglev.descriptions.own_fmus import SYSTEMS
 from maglev.runs.preparation import prepare
 from maglev.scenario.loading import load_plan
 from maglev.scenario.run_plan import RunPlan, StartValue
+from maglev.user.source import FmuFile
 
 PACKAGES = {"fmpy.ssp": "fmpy", "ecos": "ecospy", "libcosim": "libcosimpy"}
 LONGEST_RUN = 300.0   # s, of a foreign master's process
@@ -109,8 +109,9 @@ def ours_from_zero(plan: RunPlan, fmus: Path, system: Path | None = None) -> Row
 
     experiment = prepare(plan, fmus, {}, {})
     drives = {name: [0.0, *values[:-1]] for name, values in experiment.drives(experiment.check()).items()}
-    participants = [FmuSetup(setup.name, setup.path) if system is None else
-                    replace(setup, path=files_in(system, setup)) for setup in experiment.setups()]
+    participants = [FmuSetup(setup.name, setup.source) if system is None else
+                    FmuSetup(setup.name, files_in(system, setup), setup.start, setup.ports)
+                    for setup in experiment.setups()]
     with (mock.patch("maglev.cosim.master.wire", without_exchange),
           Master(participants, list(plan.wires.values()), plan.step, "jacobi") as master):
         recording = master.run(plan.stop_time, drives)
@@ -119,7 +120,8 @@ def ours_from_zero(plan: RunPlan, fmus: Path, system: Path | None = None) -> Row
 
 def files_in(system: Path, setup: FmuSetup) -> Path:
     """File of an FMU of a system, next to it."""
-    names = (setup.path.name, f"{setup.path.stem}_{setup.name}.fmu")
+    assert isinstance(setup.source, FmuFile)
+    names = (setup.source.name, f"{setup.source.path.stem}_{setup.name}.fmu")
     with ZipFile(system) as archive:
         return Path(archive.extract(next(name for name in archive.namelist() if Path(name).name in names),
                                     system.parent))
