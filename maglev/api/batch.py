@@ -149,11 +149,10 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     """
     require_table(values, "values", ScenarioError, LIKE)
     entries = [{"set": target.split(","), "kind": "list", "values": plain(given)} for target, given in values.items()]
-    path = Path("batch")   # what refusals name
     study = read_study({"name": "batch", "scenario": str(scenario) if isinstance(scenario, Path) else scenario,
                         "vary": entries, "design": {"kind": "rows"}, "keep": keep, "metrics": metrics,
-                        "keep_interval": keep_interval}, path)
-    with made_ready(study, path, options, None, say or warn, watch or unwatched) as (experiment, run_with):
+                        "keep_interval": keep_interval}, "batch")
+    with made_ready(study, "batch", Path(), options, None, say or warn, watch or unwatched) as (experiment, run_with):
         planned = plan_study(study, experiment, "batch", Path(tempfile.gettempdir()), run_with)
         count, job = len(planned.values), planned.job
         columns = np.full((count, len(job.columns)), np.nan)

@@ -205,16 +205,19 @@ def study(what: str | Path | StudyFile, *, vary: Vary | None = None, samples: in
     alone = {"samples": samples, "seed": seed or None, "keep": [*keep] or None, "name": name}
     if vary is None and (given := [option(key) for key, value in alone.items() if value is not None]):
         raise ScenarioError(f"{', '.join(given)}: needs {option('vary')}; {what} sets this itself")
+    origin, folder = "study", Path()   # what errors name, and where relative file names begin
     if isinstance(what, StudyFile):
-        described, path = what, Path("study")
+        described = what
+    elif vary is not None:
+        described, origin = varied(what, vary, name, keep, samples, seed), option("vary")
     else:
-        described, path = load_study(what) if vary is None else (
-            varied(what, vary, name, keep, samples, seed), Path(option("vary")))
+        described, path = load_study(what)
+        origin, folder = str(path), path.parent
     limit = seconds("sample_timeout", sample_timeout)
     described = described if limit is None else described.model_copy(update={"sample_timeout": limit})
-    with made_ready(described, path, options, scheduler, say or warn,
+    with made_ready(described, origin, folder, options, scheduler, say or warn,
                     watch or unwatched) as (experiment, run_with):
-        planned = plan_study(described, experiment, str(path), Path(out), run_with)
+        planned = plan_study(described, experiment, origin, Path(out), run_with)
         with (watch or unwatched)([described.name]) as watcher:
             return Study(run_study(planned, Path(out), processors(jobs), scheduler, resume,
                                    partial(watcher, described.name), say or warn))
@@ -251,22 +254,23 @@ def new_study(path: str | Path, scenario: str | Path) -> Path:
 
 
 @contextmanager
-def made_ready(study: StudyFile | TuneFile, path: Path, options: RunOptions, scheduler: str | None,
+def made_ready(study: StudyFile | TuneFile, origin: str, folder: Path, options: RunOptions, scheduler: str | None,
                say: Say, watch: Watch) -> Iterator[tuple[Experiment, dict[str, Any]]]:
     """Yield the experiment of a study or a tuning for the block, and the JSON that repeats it with `maglev run`.
 
-    Its Python files are FMUs there, because workers have none of the user's files. They are native if possible, and
-    `say` is called with the reason if not. With a scheduler, built FMUs have binaries for all platforms.
+    `origin` is what errors name, `folder` where relative file names begin. Its Python files are FMUs there, because
+    workers have none of the user's files. They are native if possible, and `say` is called with the reason if not. With
+    a scheduler, built FMUs have binaries for all platforms.
     """
     if everywhere := scheduler is not None:
         with runners(scheduler, 1):
             pass   # who cannot be reached is said before minutes of building
     settings = start_values(study.set) | start_values(options.get("set"))
-    require_free(settings, study.vary, str(path))
-    scenario = file_or_name(path.parent / study.scenario) if study.scenario.endswith(".toml") else study.scenario
+    require_free(settings, study.vary, origin)
+    scenario = file_or_name(folder / study.scenario) if study.scenario.endswith(".toml") else study.scenario
     put_in: dict[str, Any] = {role: carried(given) for role in PUT_IN if (given := options.get(role)) is not None}
     if (controller := getattr(study, "controller", None)) is not None:
-        put_in.setdefault("controller", path.parent / controller)
+        put_in.setdefault("controller", folder / controller)
     options = cast("RunOptions", {**options, "set": settings, **put_in})
     run = {"scenario": scenario, "set": {name: value.value for name, value in settings.items()},
            "options": {name: value if isinstance(value, bool) else str(value) for name, option in OPTIONS.items()
@@ -276,8 +280,8 @@ def made_ready(study: StudyFile | TuneFile, path: Path, options: RunOptions, sch
     named = {name: fmu.file for name, fmu in plan.fmus.items() if name not in put_in and fmu.file is not None}
     sources = {given: source_of(given) for given in (*named.values(), *put_in.values())}
     written = {source for source in sources.values() if isinstance(source, PythonFile)}
-    with scratch() as folder:
-        made: dict[Source, Path] = {source: fmu_of(source, folder / str(number), native, everywhere, say)
+    with scratch() as built_in:
+        made: dict[Source, Path] = {source: fmu_of(source, built_in / str(number), native, everywhere, say)
                                     for number, source in enumerate(sorted(written, key=str))}
         plan = plan.model_copy(update={"fmus": {
             name: fmu.model_copy(update={"file": str(made[sources[named[name]]])})
@@ -320,7 +324,7 @@ def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], 
                              "keep": keep}
     if samples is not None:
         table["design"] = {"kind": "latin hypercube", "samples": samples, "seed": seed}
-    return read_study(table, Path(option("vary")))
+    return read_study(table, option("vary"))
 
 
 def plain(given: Any) -> Any:

@@ -141,7 +141,8 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
         If an argument cannot be used; raised before the first run.
     """
     tuning, path = load_tuning(file)
-    with made_ready(tuning, path, options, scheduler, say or warn, watch or unwatched) as (experiment, _):
+    with made_ready(tuning, str(path), path.parent, options, scheduler, say or warn,
+                    watch or unwatched) as (experiment, _):
         planned = plan_tuning(tuning, experiment, str(path))
         with (watch or unwatched)([tuning.name]) as watcher:
             found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key),

@@ -21,10 +21,10 @@ from maglev.scenario.signals import Csv
 # whose content counts. A new member of a plan counts until it is listed here.
 LEFT_OUT: dict[type, frozenset[str]] = {
     Job: frozenset({"key", "written", "native", "ahead"}),   # its FMUs are there
-    Experiment: frozenset({"files", "loop", "left_out", "notes", "changes", "put_in", "departures", "not_compared",
+    Experiment: frozenset({"sources", "loop", "left_out", "notes", "changes", "put_in", "departures", "not_compared",
                            "stale", "parameter_sets"}),
     RunPlan: frozenset({"title", "description", "figures", "check_only", "another_reading", "claims", "check",
-                        "procedure", "stage_file", "_path", "_own", "_sha256"}),
+                        "procedure", "stage_file", "_source", "_own", "_sha256"}),
     FmuTable: frozenset({"file"}),
     Csv: frozenset({"file", "_told", "_said"})}   # what was read of it is there
 

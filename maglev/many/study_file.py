@@ -233,6 +233,6 @@ def file_for(name_or_path: str | Path, folder: Path, what: str) -> Path:
     return names[path.name]
 
 
-def read_study(table: Mapping[str, Any], path: Path) -> StudyFile:
-    """Return the study of a table; `path` is the file that errors name."""
-    return StudyFile.of_file(table, [Layer(path, dict(table))])
+def read_study(table: Mapping[str, Any], place: object) -> StudyFile:
+    """Return the study of a table; `place` is the file, or another origin, that errors name."""
+    return StudyFile.of_file(table, [Layer(place, dict(table))])

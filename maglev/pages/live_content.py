@@ -47,7 +47,7 @@ def can_run_live(plan: RunPlan) -> bool:
     A run for the check alone is in it if a disturbance acts on the stage, or on its measurements.
     """
     happens = "measurement" in plan.fmus or bool(plan.events)
-    return plan.path in packaged_files().values() and (happens or not plan.check_only) and not why_not_live(plan)
+    return plan.source in packaged_files().values() and (happens or not plan.check_only) and not why_not_live(plan)
 
 
 def not_live() -> dict[str, list[str]]:
@@ -147,7 +147,7 @@ def variable_data(variable: ScalarVariable) -> dict[str, Any]:
 def live_run(plan: RunPlan, stage: StageDescription) -> dict[str, Any]:
     """A run's plan as the page runs it, SI."""
     plant, *controllers = linear_names(stage)
-    command = shlex.quote(str(plan.path)) if plan.own else plan.name if is_packaged(plan.path) else ""
+    command = shlex.quote(str(plan.source)) if plan.own else plan.name if is_packaged(plan.source) else ""
     return {"title": plan.title, "plant": plant, "measurement": f"Measurement{stage.suffix}",
             "step": plan.step, "stop": plan.stop_time, "axes": stage.axis_names, "vertical": stage.vertical.name,
             "motors": stage.motor_names, "rotations": [axis.name for axis in stage.rotations],

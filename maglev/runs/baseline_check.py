@@ -145,11 +145,11 @@ def require_fit(plan: RunPlan, baseline: Baseline, folder: Path) -> None:
     for name in plan.check.signals:
         if name not in baseline.columns:
             raise BaselineError(f"{file}: there is no column {name}, expected every signal of check.signals in "
-                                f"{plan.path}{RENEW}")
+                                f"{plan.source}{RENEW}")
     for name in baseline.columns:
         if name not in plan.check.signals:
             raise BaselineError(f"{file}: there is a column {name}, expected signals of check.signals in "
-                                f"{plan.path}{RENEW}")
+                                f"{plan.source}{RENEW}")
 
 
 def require_whole(plan: RunPlan, baseline: Baseline, recording: Recording, folder: Path, same: bool) -> None:

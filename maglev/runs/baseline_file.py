@@ -76,13 +76,13 @@ def from_recording(plan: RunPlan, step: float, recording: Recording, exact: bool
     """
     check = plan.check
     if not check.signals:
-        raise BaselineError(f"{plan.path}: check.signals: expected at least one signal")
-    with refused_as(BaselineError, f"{plan.path}: check.interval = {check.interval} s"):
+        raise BaselineError(f"{plan.source}: check.signals: expected at least one signal")
+    with refused_as(BaselineError, f"{plan.source}: check.interval = {check.interval} s"):
         every = whole_steps(check.interval, step)
     rows = slice(0, rows_before_contact(plan, recording), every)
     time = recording.time[rows].copy()
     if len(time) < 2:
-        raise BaselineError(f"{plan.path}: check.interval = {check.interval} s: {len(time)} samples before a stop "
+        raise BaselineError(f"{plan.source}: check.interval = {check.interval} s: {len(time)} samples before a stop "
                             "is touched, the controller trips or the run ends, expected at least 2")
     columns = {name: recorded(recording, name)[rows].astype(np.float64) for name in check.signals}
     for name, values in columns.items():

@@ -189,7 +189,7 @@ def require_judgeable(experiments: Sequence[Experiment]) -> None:
             try:
                 run_claims.require_sides(plan.claims, expected(experiment), others)
             except MeasurementError as error:
-                raise ScenarioError(f"{plan.path}: {error}") from None
+                raise ScenarioError(f"{plan.source}: {error}") from None
 
 
 def completed_run(experiment: Experiment, recording: Recording) -> RunResult:

@@ -68,12 +68,12 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
     """
     path, plan = Path(fmu), load_plan(scenario)
     if plan.needs:
-        raise ScenarioError(f"{plan.path}: starts from the run {', '.join(sorted(plan.needs))}, expected a run that "
+        raise ScenarioError(f"{plan.source}: starts from the run {', '.join(sorted(plan.needs))}, expected a run that "
                             "needs no other")
     place = name or next((place for place, fmu in plan.fmus.items() if fmu.file is not None
                           and Path(fmu.file).resolve() == path.resolve()), None)
     if place is None:
-        raise ScenarioError(f"{plan.path}: does not name {path}, needs {option('name')}: the FMU that it replaces, "
+        raise ScenarioError(f"{plan.source}: does not name {path}, needs {option('name')}: the FMU that it replaces, "
                             f"one of {', '.join(plan.fmus)}")
     if place not in plan.fmus:
         raise ScenarioError(f"{place}: is not in the scenario {plan.name}, expected one of {', '.join(plan.fmus)}")
@@ -94,8 +94,8 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
     files = made.files()
     size = sum(map(len, files.values()))
     if size > LARGEST:
-        raise ScenarioError(f"{plan.path}: stop_time = {plan.stop_time} s: the experiment takes {1e-6 * size:.1f} MB, "
-                            f"expected at most {1e-6 * LARGEST:g} MB: a shorter scenario")
+        raise ScenarioError(f"{plan.source}: stop_time = {plan.stop_time} s: the experiment takes {1e-6 * size:.1f} "
+                            f"MB, expected at most {1e-6 * LARGEST:g} MB: a shorter scenario")
     with whole_file(Path(out) if out is not None else path) as unfinished:
         with_experiment(path, unfinished, plan.name, files)
         own = [carried for carried in carried_experiments(unfinished) if carried.name == plan.name]

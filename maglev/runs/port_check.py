@@ -25,7 +25,7 @@ class PortCheck:
     def refuse(self, key: str, value: object, expectation: str) -> ScenarioError:
         if self.origin:
             return ScenarioError(f"{self.origin}: {expectation}")
-        return ScenarioError(f"{self.plan.path}: {key} = {shortened(value)}: {expectation}")
+        return ScenarioError(f"{self.plan.source}: {key} = {shortened(value)}: {expectation}")
 
     def variable(self, key: str, port: str, *causalities: str) -> Described:
         """Return the variable of "fmu.variable"; raise an error if it does not exist or has another causality."""

@@ -261,7 +261,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     know_stage_of(plan)
     options = completed_options(options or {})
     step = plan.step if options["step"] is None else float(options["step"])
-    with refused_as(ScenarioError, f"{plan.path}: stop_time = {plan.stop_time} s with {option('step', step)}"):
+    with refused_as(ScenarioError, f"{plan.source}: stop_time = {plan.stop_time} s with {option('step', step)}"):
         whole_steps(plan.stop_time, step)
     given = {name: replaced[name].source if name in replaced else
              file_source(str(fmu.file) if fmu.model is None else own_fmu(fmu.model, fmus))

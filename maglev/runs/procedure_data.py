@@ -24,7 +24,7 @@ Runs = Mapping[str, RunResult]   # runs that completed, by name
 def stage_of(plan: RunPlan) -> EstimatedStage:
     """The stage of a scenario as the estimators see it; ScenarioError if it is of none."""
     if plan.stage is None:
-        raise ScenarioError(f"{plan.path}: expected an FMU or the air gap of a stage, by which a procedure knows it")
+        raise ScenarioError(f"{plan.source}: expected an FMU or the air gap of a stage, by which a procedure knows it")
     return described(plan.stage)
 
 

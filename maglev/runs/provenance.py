@@ -123,7 +123,7 @@ def departures_of(plan: RunPlan, sources: Mapping[str, Source], put_in: Iterable
         if name not in put_in and fmu.model and isinstance(source, FmuFile) and stale(fmu.model, source.path):
             yield f"{name} is a {fmu.model}.fmu that this installation did not build"
     if plan.own and scenario_of(plan.name) is not None:
-        yield f"the scenario is {plan.path}, not the package's {plan.name}"
+        yield f"the scenario is {plan.source}, not the package's {plan.name}"
     for changed in edited():
         yield f"{changed} is not as it was installed"
 

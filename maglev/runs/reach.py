@@ -27,13 +27,14 @@ def require_reachable(plan: RunPlan, times: Array, references: Mapping[str, Arra
     for name, axis in plan.axes.items():
         if axis.position in known:
             place = axis.position.rpartition(".")[0]
-            require_between(f"{plan.path}: reference of {name}", times, known[axis.position], place, start, gap)
+            require_between(f"{plan.source}: reference of {name}", times, known[axis.position], place, start, gap)
     stage = plan.stage
     if stage is not None and stage.rotations and f"plant.{stage.vertical.name}.position" in known:
         # Where tilts are not known, the platform is level: leaning, one of its motors would only be further out.
         positions = np.array([known.get(f"plant.{axis}.position", np.zeros(len(times))) for axis in stage.axis_names])
         for motor, gaps in zip(stage.motor_names, gaps_of(stage, start) @ positions, strict=True):
-            require_between(f"{plan.path}: gap at {motor} by the references", times, gaps, f"plant.{motor}", start, gap)
+            place = f"{plan.source}: gap at {motor} by the references"
+            require_between(place, times, gaps, f"plant.{motor}", start, gap)
 
 
 def gaps_of(stage: StageDescription, start: Start) -> Array:

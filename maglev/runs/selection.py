@@ -6,7 +6,7 @@ from pathlib import Path
 from maglev.files.errors import ScenarioError, key_path, nearest
 from maglev.runs.preparation import Experiment, prepare
 from maglev.runs.replacement import Replacement
-from maglev.scenario.layers import Scenario, packaged_files
+from maglev.scenario.layers import Scenario, ScenarioSource, packaged_files
 from maglev.scenario.loading import load_plan, load_plans
 from maglev.scenario.options import RunOptions
 from maglev.scenario.run_plan import RunPlan, StartValue
@@ -22,17 +22,17 @@ def select(names: Scenarios | None) -> list[RunPlan]:
     runs: dict[str, RunPlan] = {}
     for name in packaged_files() if names is None else [names] if isinstance(names, str | Path | Mapping) else names:
         for run in load_plans(name):
-            if runs.setdefault(run.name, run).path != run.path:
-                raise ScenarioError(f"{run.path}: name = {run.name!r}: {runs[run.name].path} has it too, expected "
+            if runs.setdefault(run.name, run).source != run.source:
+                raise ScenarioError(f"{run.source}: name = {run.name!r}: {runs[run.name].source} has it too, expected "
                                     "another name: results are named after it")
-    paths: dict[str, Path] = {}   # of procedures by name
+    sources: dict[str, ScenarioSource] = {}   # of procedures by name
     for run in runs.values():
         if run.procedure is None:
             continue
         name = run.procedure.name
-        other = runs[name].path if name in runs else paths.setdefault(name, run.path)
-        if name in runs or other != run.path:
-            raise ScenarioError(f"{run.path}: procedure.name = {name!r}: {other} uses it, expected another name: "
+        other = runs[name].source if name in runs else sources.setdefault(name, run.source)
+        if name in runs or other != run.source:
+            raise ScenarioError(f"{run.source}: procedure.name = {name!r}: {other} uses it, expected another name: "
                                 "results are named after it")
     return list(runs.values())
 
@@ -42,8 +42,8 @@ def compared_with(runs: Sequence[RunPlan]) -> list[RunPlan]:
     names = {run.name for run in runs}
     named = [name for run in runs for claim in run.claims for name in claim.other_runs]
     missing = dict.fromkeys(name for name in named if name not in names)
-    paths = dict.fromkeys(run.path for run in runs) if missing else ()
-    siblings = {sibling.name: sibling for path in paths for sibling in load_plans(path)}
+    sources = dict.fromkeys(run.source for run in runs) if missing else ()
+    siblings = {sibling.name: sibling for source in sources for sibling in load_plans(source)}
     return [*(siblings[name] for name in missing if name in siblings),
             *(other for name in missing if name not in siblings for other in load_plans(name))]
 
@@ -54,7 +54,7 @@ def needed(runs: Sequence[RunPlan]) -> list[RunPlan]:
     waiting = list(runs)
     while waiting:
         run = waiting.pop()
-        siblings = {sibling.name: sibling for sibling in load_plans(run.path)} if run.needs - known.keys() else {}
+        siblings = {sibling.name: sibling for sibling in load_plans(run.source)} if run.needs - known.keys() else {}
         for name in sorted(run.needs - known.keys()):
             known[name] = siblings.get(name) or load_plan(name)
             waiting.append(known[name])
@@ -77,10 +77,10 @@ def prepare_all(runs: Iterable[RunPlan], fmus: Path, replaced: Mapping[str, Repl
                 outputs = by_name[source.run].outputs()
                 key = key_path(["fmus", fmu, "start_from", variable, "output"])
                 if source.output not in outputs:
-                    raise ScenarioError(f"{experiment.plan.path}: {key} = {source.output!r}: {source.run} has no "
+                    raise ScenarioError(f"{experiment.plan.source}: {key} = {source.output!r}: {source.run} has no "
                                         f"such output; {nearest(source.output, outputs)}")
                 own, theirs = experiment.units([taker := f"{fmu}.{variable}"])[taker], outputs[source.output]
                 if own and theirs and own != theirs:
-                    raise ScenarioError(f"{experiment.plan.path}: {key} = {source.output!r}: is in {theirs}, "
+                    raise ScenarioError(f"{experiment.plan.source}: {key} = {source.output!r}: is in {theirs}, "
                                         f"expected an output in {own} for {fmu}.{variable}")
     return experiments

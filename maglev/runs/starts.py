@@ -166,7 +166,8 @@ def of_declared_types(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue
         variables = {variable.name: variable for variable in
                      read_description(name, sources[name]).modelVariables} if texts and known else {}
         for variable, value in texts.items():
-            place = value.origin or (f"{plan.path}: {key_path(['fmus', name, 'start', variable])} = {value.written!r}")
+            key = key_path(["fmus", name, "start", variable])
+            place = value.origin or f"{plan.source}: {key} = {value.written!r}"
             if variable in variables or not known:
                 typed[name][variable] = of_type(variables.get(variable), value, place)
     return typed
@@ -190,10 +191,10 @@ def in_declared_units(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue
     for name, values in start.items():
         for variable, value in values.items():
             if value.unit is not None and known_unit(value.unit) is None:
-                place = f"{plan.path}: {key_path(['fmus', name, 'start', variable])} = {value.written!r}"
+                place = f"{plan.source}: {key_path(['fmus', name, 'start', variable])} = {value.written!r}"
                 unit = declared(value.unit, name, value.origin or place)
                 converted[name][variable] = value._replace(value=value.value * unit.factor, unit=unit.si)
     signals = [signal if signal.unit is None or known_unit(signal.unit) is not None else signal.in_si(
-        declared(signal.unit, signal.to.partition(".")[0], f"{plan.path}: signals[{i}].unit = {signal.unit!r}"))
+        declared(signal.unit, signal.to.partition(".")[0], f"{plan.source}: signals[{i}].unit = {signal.unit!r}"))
         for i, signal in enumerate(plan.signals)]
     return plan.model_copy(update={"signals": signals}), converted

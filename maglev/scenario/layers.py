@@ -7,6 +7,7 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,37 +23,53 @@ from maglev.user.scenario_loop import loop_table, setpoint_signals
 HERE = Path(__file__).parents[1]
 PACKAGED = next(folder for folder in (HERE / "scenarios", HERE.parent / "scenarios") if folder.is_dir())
 
-Scenario = str | Path | Mapping[str, Any]   # a name or a file, or the content of one
-
-GIVEN: dict[Path, str] = {}   # scenarios that were given as tables, as JSON, by the paths that stand for them
-
 DEEPEST = 30        # files that extend each other one after the other
 SETPOINTS = "setpoints"   # instead of signals: those that follow from the stage of a description
 MOST_LAYERS = 300   # files on all paths of a scenario: those that meet again double their number
 
 
-class Layer(NamedTuple):
-    """One TOML file and its table."""
+@dataclass(frozen=True)
+class ScenarioTable:
+    """A scenario that was given as a table, in JSON: it is read as a file in the working folder."""
 
-    path: Path
+    text: str
+
+    def __str__(self) -> str:
+        name = re.sub(r"[^\w-]", "_", str(json.loads(self.text).get("name", "without a name")))
+        return f"table {name} {hashlib.sha256(self.text.encode()).hexdigest()[:8]}"
+
+    @property
+    def parent(self) -> Path:
+        """Return the folder in which its relative file names begin."""
+        return Path()
+
+
+Scenario = str | Path | Mapping[str, Any]   # a name or a file, or the content of one
+ScenarioSource = Path | ScenarioTable
+
+
+class Layer(NamedTuple):
+    """A table, and where it stands, for messages."""
+
+    place: object
     table: dict[str, Any]
 
 
-def read_layers(path: Path, extending: tuple[Path, ...] = ()) -> list[Layer]:
-    """Read a file and those it extends, the file itself last.
+def read_layers(source: ScenarioSource, extending: tuple[ScenarioSource, ...] = ()) -> list[Layer]:
+    """Read a scenario and the files it extends, the scenario itself last.
 
     ScenarioError if a file is missing, is not TOML, or extends itself.
     """
-    if path in extending:
-        raise ScenarioError(f"{extending[0]}: extends = {str(path)!r}: a file cannot extend itself")
+    if source in extending:
+        raise ScenarioError(f"{extending[0]}: extends = {str(source)!r}: a file cannot extend itself")
     if len(extending) == DEEPEST:
-        raise ScenarioError(f"{extending[0]}: extends: {DEEPEST} files extend each other before {path}, expected fewer")
-    return extended(Layer(path, file_table(path)), extending)
+        raise ScenarioError(f"{extending[0]}: extends: {DEEPEST} files extend each other before {source}, expected "
+                            "fewer")
+    return extended(source, scenario_table(source), extending)
 
 
-def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
-    """Return the layers of the files that a table extends, in their order, and the table itself last."""
-    path, table = layer
+def extended(path: ScenarioSource, table: dict[str, Any], extending: tuple[ScenarioSource, ...] = ()) -> list[Layer]:
+    """Return the layers of the files that a table at a path extends, in their order, and the table itself last."""
     bases = table.get("extends", [])
     layer = Layer(path, {key: value for key, value in table.items() if key != "extends"})
     bases = [bases] if isinstance(bases, str) else bases
@@ -66,7 +83,7 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
     stage = table.get("stage", "")
     if isinstance(stage, dict) or {"motor", "geometry", "catalogue"} & {*table}:
         raise ScenarioError(f"{path}: is the description of a stage, expected a scenario, such as one with "
-                            f'stage = "{path.name}"')
+                            f'stage = "{Path(str(path)).name}"')
     if not isinstance(stage, str):
         raise ScenarioError(f'{path}: stage = {shortened(stage)}: expected the file of a description, "NAME.toml"')
     if "stage" in table:
@@ -81,7 +98,7 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
     return [*layers, layer]
 
 
-def extended_file(path: Path, base: str) -> Path:
+def extended_file(path: ScenarioSource, base: str) -> Path:
     """Return the file that a file extends: next to it, or else among those of the package, such as "loops/3dof.toml".
     """
     folders = (PACKAGED, *(PACKAGED / stage for stage in PACKAGED_STAGES))
@@ -95,23 +112,21 @@ def extended_file(path: Path, base: str) -> Path:
                         f"{nearest(base, [*beside, *packaged])}")
 
 
-def scenario_path(given: Scenario) -> Path:
-    """Return the path of a scenario; for a table that of a file as if it lay in the working folder.
+def scenario_source(given: Scenario | ScenarioTable) -> ScenarioSource:
+    """Return the path of a scenario, or the table that was given.
 
     ScenarioError if it is neither a name, a file nor a table, or the table has a value that TOML cannot have.
     """
+    if isinstance(given, ScenarioTable):
+        return given
     if isinstance(given, str | Path):
         return Path(given)
     if not isinstance(given, Mapping):
         raise ScenarioError(f"scenario = {shortened(given)}: expected a name, a path or a table")
     try:
-        text = json.dumps(dict(given), default=json_value)
+        return ScenarioTable(json.dumps(dict(given), default=json_value))
     except ValueError as error:
         raise ScenarioError(f"scenario given as a table: {error}, expected no table in itself") from None
-    name = re.sub(r"[^\w-]", "_", str(given.get("name", "without a name")))
-    path = Path(f"table {name} {hashlib.sha256(text.encode()).hexdigest()[:8]}")
-    GIVEN[path] = text
-    return path
 
 
 def json_value(value: Any) -> Any:
@@ -181,15 +196,15 @@ def items(value: Any) -> list[Any]:
     return value if isinstance(value, list) else []
 
 
-def file_table(path: Path) -> dict[str, Any]:
-    """Return the table of one TOML file, with absolute file names. It must not be changed."""
-    return placed_once(path, GIVEN[path] if path in GIVEN else toml_text(path))
+def scenario_table(source: ScenarioSource) -> dict[str, Any]:
+    """Return the table of one scenario, with absolute file names. It must not be changed."""
+    return placed_once(source, source.text if isinstance(source, ScenarioTable) else toml_text(source))
 
 
 @lru_cache(maxsize=256)
-def placed_once(path: Path, text: str) -> dict[str, Any]:
+def placed_once(path: ScenarioSource, text: str) -> dict[str, Any]:
     """Return the table of the text of a file, parsed once: most files are extended by many."""
-    table = json.loads(text) if path in GIVEN else read_toml(path, text)
+    table = json.loads(text) if isinstance(path, ScenarioTable) else read_toml(path, text)
     for part in (table, *entries(table.get("variants")).values()):
         if isinstance(part, dict):
             place_files(part, path.parent)
@@ -198,8 +213,8 @@ def placed_once(path: Path, text: str) -> dict[str, Any]:
     return table
 
 
-def is_packaged(path: Path) -> bool:
-    return path not in GIVEN and path.resolve().is_relative_to(PACKAGED.resolve())
+def is_packaged(path: ScenarioSource) -> bool:
+    return isinstance(path, Path) and path.resolve().is_relative_to(PACKAGED.resolve())
 
 
 def own_claims(table: dict[str, Any]) -> None:
@@ -267,7 +282,7 @@ def scenario_of(run: str) -> str | None:
                  if run.startswith(scenario) and run in names_of_runs(run_layers(path))), None)
 
 
-def run_layers(path: Path) -> list[list[Layer]]:
+def run_layers(path: ScenarioSource) -> list[list[Layer]]:
     """Return the layers of each run of a scenario file: one for each entry of `variants`, or the scenario itself.
 
     A variant is merged over the scenario; its claims come after the scenario's own. ScenarioError if a file cannot be
@@ -278,13 +293,13 @@ def run_layers(path: Path) -> list[list[Layer]]:
     variants = table.get("variants", {})
     if not isinstance(variants, dict) or not all(isinstance(variant, dict) for variant in variants.values()):
         raise ScenarioError(f"{path}: variants = {variants!r}: expected tables, one for each variant")
-    base = [Layer(layer.path, {key: value for key, value in layer.table.items() if key != "variants"})
+    base = [Layer(layer.place, {key: value for key, value in layer.table.items() if key != "variants"})
             for layer in layers]
     runs = []
     for name, variant in variants.items():
         claims = [*table.get("claims", []), *variant.get("claims", [])]
         over = {**variant, "name": f"{table.get('name')}-{name}", "claims": claims}
-        runs.append([*base, *extended(Layer(path, over))])
+        runs.append([*base, *extended(path, over)])
     return runs or [base]
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from maglev.files.errors import ScenarioError, nearest
 from maglev.scenario.layers import (
-    GIVEN,
     Layer,
     Scenario,
+    ScenarioSource,
     is_packaged,
     merged,
     names_of_runs,
@@ -16,19 +16,19 @@ from maglev.scenario.layers import (
     packaged_runs,
     run_layers,
     scenario_of,
-    scenario_path,
+    scenario_source,
 )
 from maglev.scenario.run_plan import RunPlan
 
 
-def load_plans(given: Scenario) -> list[RunPlan]:
+def load_plans(given: Scenario | ScenarioSource) -> list[RunPlan]:
     """Load a packaged scenario, or one run of it, by its bare name, or any other scenario by its path or its table.
 
     There is one run for each variant of the scenario, or the one that is named. ScenarioError if there is no such
     scenario or it has an error: one line with file, key, value and the expected values.
     """
-    path, asked = scenario_path(given), ""
-    if path not in GIVEN and path.name == str(given) and path.suffix != ".toml":
+    path, asked = scenario_source(given), ""
+    if isinstance(path, Path) and path.name == str(given) and path.suffix != ".toml":
         asked, files = path.name, packaged_files()
         scenario = asked if asked in files else scenario_of(asked)
         if scenario is None:
@@ -45,11 +45,11 @@ def load_plan(given: Scenario) -> RunPlan:
     runs = load_plans(given)
     if len(runs) != 1:
         expected = "a scenario without" if runs[0]._own else f"one of {', '.join(run.name for run in runs)}"
-        raise ScenarioError(f"{scenario_path(given)} has variants, expected {expected}")
+        raise ScenarioError(f"{scenario_source(given)} has variants, expected {expected}")
     return runs[0]
 
 
-def read_plan(path: Path, layers: list[Layer], siblings: list[str]) -> RunPlan:
+def read_plan(path: ScenarioSource, layers: list[Layer], siblings: list[str]) -> RunPlan:
     """Return the plan of one run; `siblings` are the runs of its file."""
     plan = RunPlan.of_file(merged(layers), layers)
     named = [("claims.than", claim.than) for claim in plan.claims if claim.than is not None]
@@ -65,6 +65,6 @@ def read_plan(path: Path, layers: list[Layer], siblings: list[str]) -> RunPlan:
     if plan.procedure is not None and plan.procedure.name in siblings:
         raise ScenarioError(f"{path}: procedure.name = {plan.procedure.name!r}: a run has this name, expected another "
                             "one: results are named after it")
-    plan._path, plan._own = path, not is_packaged(path)
+    plan._source, plan._own = path, not is_packaged(path)
     plan._sha256 = hashlib.sha256(json.dumps(merged(layers), default=str).encode("utf-8")).hexdigest()
     return plan

@@ -11,7 +11,7 @@ from maglev.files.errors import QuantityError, key_path, nearest
 from maglev.files.time_grid import ON_GRID, whole_steps
 from maglev.files.units import known_unit, own_number, parse_quantity, read_quantity, split_text
 from maglev.scenario.claims import RunClaim
-from maglev.scenario.layers import entries
+from maglev.scenario.layers import ScenarioSource, entries
 from maglev.scenario.procedure import ProcedureSettings
 from maglev.scenario.signals import Csv, Signal, Steps
 from maglev.scenario.toml_table import Metres, Radians, Seconds, Table, ValueKind, key_refused
@@ -251,7 +251,7 @@ class RunPlan(Table):
     check: CheckSettings = Field(default=CheckSettings(), description="content and tolerances of the baseline")
     claims: list[RunClaim] = Field(default=[], description="claims about the run")
     procedure: ProcedureSettings | None = Field(default=None, description="the procedure that the runs belong to")
-    _path: Path = PrivateAttr(default=Path("scenario"))
+    _source: ScenarioSource = PrivateAttr(default=Path("scenario"))
     _own: bool = PrivateAttr(default=False)
     _sha256: str = PrivateAttr(default="")
 
@@ -394,8 +394,9 @@ class RunPlan(Table):
         return {source.run for fmu in self.fmus.values() for source in fmu.start_from.values()}
 
     @property
-    def path(self) -> Path:
-        return self._path
+    def source(self) -> ScenarioSource:
+        """Return the file or the table that it is read from."""
+        return self._source
 
     @property
     def own(self) -> bool:

@@ -46,18 +46,18 @@ def system_parts(plan: RunPlan) -> dict[str, FmuDefinition]:
     parts = {}
     for name, fmu in plan.fmus.items():
         if fmu.model is None:
-            raise BuildError(f"{plan.path}: fmus.{name}.file = {fmu.file!r}: an SSP file is written of FMUs of this "
+            raise BuildError(f"{plan.source}: fmus.{name}.file = {fmu.file!r}: an SSP file is written of FMUs of this "
                              "project, expected `model`")
         if fmu.start_from:
-            raise BuildError(f"{plan.path}: fmus.{name}.start_from: results of another run are not known when an SSP "
+            raise BuildError(f"{plan.source}: fmus.{name}.start_from: results of another run are not known when an SSP "
                              "file is written, expected `start`")
         part = definition(fmu.model)
         fed = [variable for variable in part.variables
                if variable.causality == "parameter" and f"{name}.{variable.name}" in led_to]
         for variable in fed:
             if variable.variability == "fixed":
-                raise BuildError(f"{plan.path}: something leads to {name}.{variable.name}, a fixed parameter, expected "
-                                 "inputs and tunable parameters")
+                raise BuildError(f"{plan.source}: something leads to {name}.{variable.name}, a fixed parameter, "
+                                 "expected inputs and tunable parameters")
         names = [variable.name for variable in fed]
         parts[name] = with_inputs(part, f"{part.name}_{name}", names) if fed else part
     return parts

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple, Self, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
@@ -41,12 +40,11 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     PLACE: ClassVar[str] = ""             # of the table in a file, such as "[metrics]"
-    KNOWN_TABLES: ClassVar[list[type["Table"]]] = []
 
     @classmethod
-    def __pydantic_init_subclass__(cls, **_: Any) -> None:
-        """Note a table, so that a key in the wrong one is found."""
-        cls.KNOWN_TABLES.append(cls)
+    def known_tables(cls) -> list[type["Table"]]:
+        """Return the tables that there are, so that a key in the wrong one is found."""
+        return [table for kind in cls.__subclasses__() for table in (kind, *kind.known_tables())]
 
     @classmethod
     def keys_of_table(cls) -> dict[str, str]:
@@ -80,7 +78,8 @@ def unknown_key(key: str, table: type[Table], valid: Sequence[str]) -> str:
     meanings = table.keys_of_table()
     valid = [*meanings] or valid   # what has no description is not for users
     near = get_close_matches(key, valid, n=2, cutoff=0.6)
-    places = dict.fromkeys(other.PLACE for other in Table.KNOWN_TABLES if other.PLACE and key in other.keys_of_table())
+    places = dict.fromkeys(other.PLACE for other in Table.known_tables()
+                           if other.PLACE and key in other.keys_of_table())
     if table.PLACE and places and not near:
         return f"unknown key, expected it in {' or '.join(places)}"
     near_keys = ", or ".join(f"{key!r} ({meanings[key]})" if key in meanings else repr(key) for key in near)
@@ -112,7 +111,7 @@ def one_line(error: ValidationError, layers: list[Layer], model: type[Table] = T
     value = first["input"]
     meaning = meaning_at(model, first["loc"])
     if first["type"] == "missing":
-        return f"{layers[-1].path}: {key_path(keys)}: required key is missing" + (f": {meaning}" if meaning else "")
+        return f"{layers[-1].place}: {key_path(keys)}: required key is missing" + (f": {meaning}" if meaning else "")
     if first["type"] == "key_refused":
         keys += list(context["keys"])
         value = context["value"]
@@ -133,7 +132,7 @@ def one_line(error: ValidationError, layers: list[Layer], model: type[Table] = T
         valid_names = re.findall(r"'([^']*)'", valid)
         expectation += similar(value, valid_names)
     given = "" if value is None else f" = {shortened(value)}"
-    return f"{file_with(keys, layers)}: {key_path(keys)}{given}: {expectation}"
+    return f"{place_of(keys, layers)}: {key_path(keys)}{given}: {expectation}"
 
 
 def keys_in(table: Any, location: tuple[str | int, ...]) -> list[str | int]:
@@ -148,11 +147,11 @@ def keys_in(table: Any, location: tuple[str | int, ...]) -> list[str | int]:
     return keys
 
 
-def file_with(keys: list[str | int], layers: list[Layer]) -> Path:
+def place_of(keys: list[str | int], layers: list[Layer]) -> object:
     for layer in layers[::-1]:
         entry: Any = layer.table
         for key in keys:
             entry = child(entry, key)
         if entry is not None:
-            return layer.path
-    return layers[-1].path
+            return layer.place
+    return layers[-1].place

@@ -56,7 +56,7 @@ def readers(fmus: Path, folder: Path) -> dict[str, Callable[[str, Any], object]]
         return experiment.plan.fmus["plant"].start[name].value
 
     def of_scenario(name: str, value: Any) -> object:
-        table = {"name": "mine", "extends": str(plan.path), "fmus": {"plant": {"start": {name: value}}}}
+        table = {"name": "mine", "extends": str(plan.source), "fmus": {"plant": {"start": {name: value}}}}
         experiment = prepare(load_plan(table), fmus, {}, {})
         experiment.check()
         return experiment.plan.fmus["plant"].start[name].value

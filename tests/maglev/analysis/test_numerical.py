@@ -93,7 +93,7 @@ def test_fmus_of_fmi_3_are_taken_from_their_folder(fmi3_fmus: Path, tmp_path: Pa
     (tmp_path / "fmi3").symlink_to(fmi3_fmus)
     folder = fmus_named(("Plant3DOF", "Regulator3DOF"), None, tmp_path, fmi=3)
     pair = make_pair(AskedPair("Plant3DOF", "Regulator3DOF", {"y": 25e-3}, folder))
-    assert pair.plant.path == tmp_path / "fmi3" / "Plant3DOF.fmu"
+    assert pair.plant.source == FmuFile(tmp_path / "fmi3" / "Plant3DOF.fmu")
     for way in ((), ("--measure",)):
         done = maglev("linearise", *way, "Plant3DOF", fmi3_fmus / "Regulator3DOF.fmu", "--at", "y=25mm", "--fmi", "3",
                       "--kind", "python")

@@ -86,7 +86,7 @@ runpy.run_module("maglev", run_name="__main__")
 
 def scenario(folder: Path, name: str, seconds: float) -> Path:
     path = folder / f"{name}.toml"
-    path.write_text(LONG.format(base=load_plan("2dof-setpoints").path, name=name, seconds=seconds))
+    path.write_text(LONG.format(base=load_plan("2dof-setpoints").source, name=name, seconds=seconds))
     return path
 
 

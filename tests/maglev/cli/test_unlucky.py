@@ -29,7 +29,7 @@ def full_disk(*_: Any, **__: Any) -> None:
 
 def test_two_runs_into_one_folder_leave_whole_files(fmus: Path, tmp_path: Path) -> None:
     """Of the same name and different length: every file is all of one of them, and who comes second is told."""
-    base = load_plan("2dof-setpoints").path
+    base = load_plan("2dof-setpoints").source
     lengths = (1.0, 1.5)
     commands = []
     for seconds in lengths:

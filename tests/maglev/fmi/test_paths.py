@@ -14,7 +14,7 @@ from maglev.cosim.fmu import Fmu, read_description
 from maglev.descriptions.own_fmus import DEFINITIONS
 from maglev.runs.preparation import prepare
 from maglev.scenario.catalogue import build_systems
-from maglev.scenario.layers import PACKAGED
+from maglev.scenario.layers import PACKAGED, packaged_files
 from maglev.scenario.loading import load_plan
 from maglev.user.source import FmuFile
 
@@ -53,7 +53,7 @@ def test_replacement_and_results(elsewhere: Path) -> None:
     """Options with such paths, and results in such a folder."""
     plan = elsewhere / "kürzer.toml"
     plan.write_text('extends = "2dof-setpoints.toml"\nname = "kurz"\nstop_time = "10 ms"\nclaims = []\n')
-    shutil.copy(load_plan("2dof-setpoints").path, elsewhere)
+    shutil.copy(packaged_files()["2dof-setpoints"], elsewhere)
     for folder in ("loops", "gains", "references"):
         shutil.copytree(PACKAGED / folder, elsewhere / folder)
     done = maglev("run", plan, "--fmus", elsewhere, "--controller", elsewhere / "PID2DOF.fmu",

@@ -107,7 +107,7 @@ def test_what_cannot_change_is_refused_by_its_name(fmus: Path, tmp_path: Path, n
     with pytest.raises(ScenarioError) as caught:
         prepare(plan, fmus, {}, {}).check()
     assert expected in str(caught.value)
-    assert str(plan.path) in str(caught.value)
+    assert str(plan.source) in str(caught.value)
 
 
 def test_a_parameter_has_no_rate_and_one_source(fmus: Path, tmp_path: Path) -> None:

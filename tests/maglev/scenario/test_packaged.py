@@ -1,6 +1,7 @@
 """The scenarios that come with the package: each starts at rest, and together they cover the thesis's figures."""
 
 import re
+from pathlib import Path
 
 import pytest
 from packaged_plans import RUNS
@@ -21,6 +22,11 @@ RUN_FIGURES = {f"4.{k}" for k in (15, 16, *range(18, 32))} | {f"5.{k}" for k in 
 CHARTS = [f"4.{k}" for k in range(8, 15)] + [f"5.{k}" for k in range(7, 16)]
 
 every_procedure = pytest.mark.parametrize("procedure", PROCEDURES.values(), ids=lambda procedure: procedure.name)
+
+
+def file_of(run: RunPlan) -> Path:
+    assert isinstance(run.source, Path)
+    return run.source
 
 
 def start_of(run: RunPlan, name: str) -> float:
@@ -55,7 +61,7 @@ def test_estimators_stand_beside_the_loop_where_something_is_identified(run: Run
     assert {fmu.model for fmu in others.values()} <= {"Estimator2DOF" if run.name[:4] == "2dof" else "Estimator3DOF"}
     # Equilibrium currents are measured, and the identified model only runs.
     simulated = run.name.endswith(("equilibrium-currents", "identification-model"))
-    assert bool(others) == ((run.name in IN_PROCEDURES and not simulated) or run.path.stem.endswith("-estimator"))
+    assert bool(others) == ((run.name in IN_PROCEDURES and not simulated) or file_of(run).stem.endswith("-estimator"))
     for name, fmu in others.items():
         assert all(source.startswith("plant.") for source in fmu.inputs.values()), "they see what a stage has"
         assert not any(source.startswith(f"{name}.") for source, _ in run.wires.values())
@@ -63,10 +69,10 @@ def test_estimators_stand_beside_the_loop_where_something_is_identified(run: Run
 
 @pytest.mark.usefixtures("slow")
 def test_names_are_those_of_the_files_and_variants() -> None:
-    assert packaged_runs() == {run.name: run.path.stem for run in RUNS}
+    assert packaged_runs() == {run.name: file_of(run).stem for run in RUNS}
     for run in RUNS:
-        assert run.name.startswith(run.path.stem)
-        assert run.path == PACKAGED / run.name[:4] / f"{run.path.stem}.toml"
+        assert run.name.startswith(file_of(run).stem)
+        assert run.source == PACKAGED / run.name[:4] / f"{file_of(run).stem}.toml"
         assert load_plan(run.name).title == run.title
     assert len({run.title for run in RUNS}) == len(RUNS)
 
@@ -78,9 +84,9 @@ def test_every_figure_has_a_run_or_is_one_chart_of_a_procedure() -> None:
 
 
 def test_every_scenario_has_claims_or_is_for_comparison_only() -> None:
-    claimed = {run.path.stem for run in RUNS if run.claims or (run.procedure and run.procedure.claims)}
+    claimed = {file_of(run).stem for run in RUNS if run.claims or (run.procedure and run.procedure.claims)}
     # The thesis leaves constants that change, and tilts, to future work, and has no payloads.
-    assert {run.path.stem for run in RUNS} - claimed == {"2dof-smooth", "3dof-smooth", "2dof-forgetting", "2dof-push",
+    assert {file_of(run).stem for run in RUNS} - claimed == {"2dof-smooth", "3dof-smooth", "2dof-forgetting", "2dof-push",
                                                          "3dof-push", "2dof-measurement", "3dof-measurement",
                                                          "2dof-faults", "3dof-faults",
                                                          "3dof-payload", "2dof-effects", "3dof-effects",

@@ -82,7 +82,7 @@ def test_extending_merges_deeply(write):
     assert plan.metrics.bands == [1e-4, 1e-5]
     assert (plan.output_interval, plan.step, plan.steps) == (0.0005, 0.0005, 4000)
     assert plan.signals[0].value(1.0) == 0.027
-    assert plan.path == path
+    assert plan.source == path
 
 
 def test_lists_are_replaced(write):

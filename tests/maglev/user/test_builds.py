@@ -31,7 +31,7 @@ def test_three_forms_of_one_class(fastest_fmus: Path, tmp_path: Path, stage: str
     path = new_class(kind, tmp_path / "mine.py", stage)
     forms = [path, *tool.build(path, fmus=tmp_path), *tool.build(path, fmus=tmp_path, kind="native", target="host")]
     run = tmp_path / "short.toml"
-    run.write_text(f'extends = "{load_plan(f"{stage}-setpoints").path}"\nname = "short"\nstop_time = "1.2 s"\n')
+    run.write_text(f'extends = "{load_plan(f"{stage}-setpoints").source}"\nname = "short"\nstop_time = "1.2 s"\n')
     written = set()
     for number, form in enumerate(forms):
         assert form.suffix == ".py" or validate_fmu(str(form)) == []

@@ -33,7 +33,7 @@ def test_the_first_plant_runs(fastest_fmus: Path, tmp_path: Path, stage: str) ->
     assert made.stdout.strip() == f"{path}: run it with `maglev run {stage}-setpoints --plant {path}`"
     assert len(path.read_text().splitlines()) < (170 if PACKAGED_STAGES[stage].rotations else 126)
     run = tmp_path / "short.toml"
-    run.write_text(SHORT.format(path=load_plan(f"{stage}-setpoints").path, time="5.9 s"))
+    run.write_text(SHORT.format(path=load_plan(f"{stage}-setpoints").source, time="5.9 s"))
     result = maglev("run", run, "--fmus", fastest_fmus, "--out", tmp_path, "--plant", path)
     assert result.exit_code == 0, result.output
     note, = result.stderr.strip().splitlines()

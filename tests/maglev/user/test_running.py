@@ -163,7 +163,7 @@ def test_the_first_controller_runs(fastest_fmus: Path, tmp_path: Path, stage: st
     assert maglev("new", "controller", path, "--stage", stage).exit_code == 0
     assert len(path.read_text().splitlines()) < (170 if PACKAGED_STAGES[stage].rotations else 100)
     run = tmp_path / "short.toml"
-    run.write_text(f'extends = "{load_plan(f"{stage}-setpoints").path}"\nname = "short"\nstop_time = "5.9 s"\n')
+    run.write_text(f'extends = "{load_plan(f"{stage}-setpoints").source}"\nname = "short"\nstop_time = "5.9 s"\n')
     result = maglev("run", run, "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
     assert result.exit_code == 0, result.output
     metrics = json.loads((tmp_path / "short.json").read_text())["metrics"]
