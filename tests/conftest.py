@@ -16,7 +16,7 @@ from native_builds import built_once, compiles_once, missing_native_tools, requi
 
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.descriptions.own_fmus import DEFINITIONS
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.side_by_side import kept_processes, processors
 from maglev.scenario.catalogue import HOST, WASM, build
 from maglev.user.source import FmuFile
@@ -47,7 +47,7 @@ settings.load_profile("ci" if os.environ.get("CI") else "anywhere")
 def stages_forgotten() -> Iterator[None]:
     """What a file lets the process know of stages is nothing to the files after it, in whatever order they come."""
     yield
-    STAGES.forget(*STAGES.own)
+    known_stages().forget(*known_stages().own)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 from maglev.analysis.emulator import OPTIONS, PROGRAM
 from maglev.analysis.image import FLAGS as CORTEX_M7
 from maglev.descriptions.own_fmus import definition
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.marked import with_part
 from maglev.files.packages import IN_FMUS
 from maglev.files.scratch import scratch
@@ -84,7 +84,7 @@ class Run:
 
     def plan(self) -> dict[str, Any]:
         """Return the plan for a host in Python, without the modules of an FMU."""
-        return {"definition": STAGES.definitions()[self.of.name].text(), "start": self.start,
+        return {"definition": known_stages().definitions()[self.of.name].text(), "start": self.start,
                 "waves": self.waves, "numbers": self.numbers, "step": self.step, "steps": self.steps}
 
     def code(self) -> str:

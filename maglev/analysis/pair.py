@@ -17,7 +17,7 @@ from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply, read_port_maps
 from maglev.descriptions.own_fmus import current_fmu
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.arrays import Array
 from maglev.files.errors import ControllerError, LinearModelError, nearest, one_of, or_of_own_stage
 from maglev.files.json_lines import hints
@@ -267,18 +267,19 @@ def pair_wires(stage: StageDescription, parts: Mapping[str, Part]) -> tuple[dict
 
 def stage_with(variables: Mapping[str, object]) -> StageDescription:
     """The stage whose encoders a plant has as its outputs."""
-    for stage in STAGES.stages.values():
+    for stage in known_stages().stages.values():
         ports = [port.partition(".") for ends in loop_table(stage)["connections"] for port in ends]
         if all(name in variables for role, _, name in ports if role == "plant"):
             return stage
-    raise LinearModelError(f"the plant's ports fit none of the stages {', '.join(STAGES.stages)}, expected their "
-                           "encoders and commands; a port map (ports, --map) gives its own names")
+    raise LinearModelError(f"the plant's ports fit none of the stages {', '.join(known_stages().stages)}, expected "
+                           "their encoders and commands; a port map (ports, --map) gives its own names")
 
 
 def read_values(name: str, settings: Settings, description: ModelDescription) -> dict[str, float | bool]:
     """Return values of parameters, SI: checked by the table of this project's FMU, or by another model description."""
     if name in plants() or name in controllers():
-        known = {v.name: Parameter.of(v) for v in STAGES.definition(name).variables if v.causality == "parameter"}
+        variables = known_stages().definition(name).variables
+        known = {v.name: Parameter.of(v) for v in variables if v.causality == "parameter"}
     else:
         known = {v.name: Parameter.described(v) for v in description.modelVariables if v.causality == "parameter"}
     for key in settings:

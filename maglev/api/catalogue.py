@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import get_args
 
 from maglev.descriptions.own_fmus import DEFINITIONS, SYSTEMS, definition, kind_folder
-from maglev.descriptions.registry import STAGES, definitions, system_of
+from maglev.descriptions.registry import definitions, known_stages, system_of
 from maglev.files.errors import ControllerError, ScenarioError, option
 from maglev.files.side_by_side import Progress, warn
 from maglev.scenario.catalogue import Kind, build_written, unwatched, without_step_loop
@@ -42,7 +42,7 @@ def fmus(stage: str | Path | None = None) -> list[FmuEntry]:
     >>> [entry.name for entry in maglev.fmus()][:2]
     ['Plant2DOF', 'Regulator2DOF']
     """
-    names, connected = fmu_names(stage), STAGES.systems()
+    names, connected = fmu_names(stage), known_stages().systems()
     return [FmuEntry(name, "ssp", f"plant and controller of {connected[name].experiment or connected[name].title}, "
                      "connected (SSP)") if name in connected else FmuEntry(name, "fmu", definition(name).description)
             for name in names]
@@ -143,7 +143,7 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
             say(follows.brief)
         for warning in follows.warnings:
             (say or warn)(f"{stage}: {warning}")
-    all_of = [name for name in fmu_names(stage) if name not in STAGES.systems() or target != "wasm"]
+    all_of = [name for name in fmu_names(stage) if name not in known_stages().systems() or target != "wasm"]
     folder = kind_folder(Path(fmus), native, fmi, clocked)
     if target == "wasm":
         folder = Path(fmus) / "wasm"

@@ -11,7 +11,7 @@ from maglev.api.options import experiments_of
 from maglev.api.run import Run
 from maglev.api.running import say_notes
 from maglev.cosim.master import RunFailed
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.errors import FAILURES, ScenarioError, extra, in_one_line, shortened
 from maglev.files.pictures import require_matplotlib
 from maglev.files.side_by_side import Progress, Say, Watch, unwatched, warn
@@ -217,7 +217,7 @@ def put_in(plan: RunPlan, label: str, controller: Given, options: RunOptions, sa
     own = plan.fmus.get("controller")
     chosen: RunOptions = {**options}
     named = str(controller) if isinstance(controller, str | Path) else ""
-    if named in STAGES.definitions() and options.get("plant") is None:
+    if named in known_stages().definitions() and options.get("plant") is None:
         chosen.pop("ports", None)
     if own is None or own.model != named:
         chosen["controller"] = controller

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from maglev.api.checking import update
 from maglev.descriptions.packaged import EXAMPLE
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.descriptions.writer import render
 from maglev.files.errors import BaselineError, StageError
 from maglev.files.installed import HERE
@@ -56,7 +56,7 @@ def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watc
         made = Path(scratch) / folder.name
         for file in FILES.values():
             (made / file).parent.mkdir(parents=True, exist_ok=True)
-        own = Path(stage).name if description.name in STAGES.own else None
+        own = Path(stage).name if description.name in known_stages().own else None
         if own is not None:
             shutil.copyfile(stage, made / own)
         new_controller(made / "controller.py", description.name if own is None else str(made / own))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from zipfile import BadZipFile, ZipFile
 
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.descriptions.registry import STAGES, definitions_of, system_of
+from maglev.descriptions.registry import definitions_of, known_stages, system_of
 from maglev.files.cache import digest_at
 from maglev.files.copies import original
 from maglev.files.errors import BuildError, FmuError, ScenarioError, nearest, option, or_of_own_stage
@@ -70,7 +70,7 @@ def build_command(name: str, path: Path) -> str:
     """The command that builds an FMU, system or module into the folder of a path."""
     kind = KINDS.get(path.parent.name)
     folder = from_here(path.parent if kind is None else path.parent.parent)
-    known = STAGES.own_of(name)
+    known = known_stages().own_of(name)
     return " ".join(["maglev build", *([] if known is None else [f"--stage {from_here(known.file)}"]),
                      *([] if kind is None else [kind]), *([] if folder == Path("fmus") else [f"--fmus {folder}"])])
 
@@ -95,13 +95,13 @@ def kind_folder(fmus: Path, native: bool, fmi: int = 2, clocked: bool = False) -
 
 def definition(name: str) -> FmuDefinition:
     """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
-    if name not in STAGES.definitions():
+    if name not in known_stages().definitions():
         if name.endswith(".toml"):
             raise BuildError(f"{name}: expected the name of an FMU; for your own stage give {option('stage', name)}")
-        known = [*STAGES.definitions(), *STAGES.systems()]
+        known = [*known_stages().definitions(), *known_stages().systems()]
         raise BuildError(f"there is no FMU {name}, {nearest(name, known, '.py')}, expected one from `maglev list`, "
                          f"{or_of_own_stage()}")
-    return STAGES.definition(name)
+    return known_stages().definition(name)
 
 
 def installed() -> Maker:
@@ -134,7 +134,7 @@ class OwnBuild(NamedTuple):
 def own_build(path: Path) -> OwnBuild | None:
     """Return name and kind of a file that was built here; None for any other."""
     sha256 = digest_at(path)
-    known = tuple(to_text(own.description) for own in STAGES.own.values())
+    known = tuple(to_text(own.description) for own in known_stages().own.values())
     return build_of_file(path, sha256, known) if sha256 else None
 
 
@@ -155,10 +155,10 @@ def build_of(file: Path | BytesIO) -> OwnBuild | None:
     contents = files_in(file)
     match = NAME.search(contents["modelDescription.xml"])
     name = match[1].decode("ascii") if match else ""
-    if name not in STAGES.definitions():
+    if name not in known_stages().definitions():
         return None
     if PYTHON_KIND in contents:
-        same = is_python_build(contents, definition(name), STAGES.definitions()[name].text(), installed())
+        same = is_python_build(contents, definition(name), known_stages().definitions()[name].text(), installed())
         return OwnBuild(name, "Python") if same else None
     same = is_native_build(contents, definition(name), installed())
     return OwnBuild(name, "native") if same else None
@@ -182,7 +182,7 @@ def is_own_system(name: str, path: Path) -> bool:
     """Return True if this installation built all FMUs in a system."""
     try:
         fmus = {file: data for file, data in files_in(path).items() if file.endswith(".fmu")}
-        return (name in STAGES.systems() and bool(fmus)
+        return (name in known_stages().systems() and bool(fmus)
                 and all(build_of(BytesIO(data)) is not None for data in fmus.values()))
     except UNREADABLE:
         return False

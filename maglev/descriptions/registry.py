@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from maglev.descriptions.packaged import PACKAGED_STAGES
+from maglev.files.session import SESSION
 from maglev.fmi.definition import FmuDefinition
 from pmlsm.description_text import from_text, to_text
 from pmlsm.stage_description import StageDescription
@@ -138,4 +139,6 @@ def system_of(stage: StageDescription) -> str:
     return f"Stage{stage.suffix}"
 
 
-STAGES = Stages()
+def known_stages() -> Stages:
+    """Return the stages that this process knows."""
+    return SESSION.part(Stages)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from controller_fmu.places import axis_number, place
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.errors import LinearModelError
 from maglev.fmi.definition import read, write
 from maglev.linear.model import Equilibrium, LinearModel
@@ -35,7 +35,8 @@ def linear_controller(name: str, stage: StageDescription, block: Any, at: Equili
     """
     prepare_fixed(name, block)
     states = states_of(stage, block)
-    inputs = [variable for variable in STAGES.definition(regulator_in(name)).variables if variable.causality == "input"]
+    variables = known_stages().definition(regulator_in(name)).variables
+    inputs = [variable for variable in variables if variable.causality == "input"]
     commands = tuple(f"{current}_cmd" for current in (stage.phase_names if phases else stage.dq_names))
     come_to_rest(name, stage, block, at, [state for state in states if ".observer." not in state])
     n = len(states)

@@ -9,7 +9,7 @@ from scipy.linalg import null_space
 
 from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.pid import PID
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.arrays import Array
 from maglev.files.errors import LinearModelError, one_of, require_table
 from maglev.files.units import parse_quantity, refused_as
@@ -76,7 +76,7 @@ def spelled(stage: StageDescription, positions: Mapping[str, float], *axes: str)
 
 def modelled(description: StageDescription, controller: Any) -> Any:
     """The stage as a controller models it: with its constants, masses and places, and with nothing else."""
-    stage = STAGES.definition(linear_names(description)[0]).new_block()
+    stage = known_stages().definition(linear_names(description)[0]).new_block()
     magnetics, mover, model = stage.magnetics, stage.mover, controller.model
     magnetics.kinds = model.layout.kinds
     magnetics.thrust = list(model.thrust)

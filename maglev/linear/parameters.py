@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from maglev.descriptions.registry import STAGES, definitions
+from maglev.descriptions.registry import definitions, known_stages
 from maglev.files.errors import LinearModelError, MaglevError, one_of, option, or_of_own_stage, require_table
 from maglev.fmi.definition import read
 from maglev.fmi.parameter import Parameter, require_parameter
@@ -25,15 +25,15 @@ def linear_names(stage: StageDescription) -> list[str]:
 
 
 def plants() -> dict[str, StageDescription]:
-    return {linear_names(stage)[0]: stage for stage in STAGES.stages.values()}
+    return {linear_names(stage)[0]: stage for stage in known_stages().stages.values()}
 
 
 def controllers() -> dict[str, StageDescription]:
-    return {name: stage for stage in STAGES.stages.values() for name in linear_names(stage)[1:]}
+    return {name: stage for stage in known_stages().stages.values() for name in linear_names(stage)[1:]}
 
 
 def measurements() -> dict[str, StageDescription]:
-    return {f"Measurement{stage.suffix}": stage for stage in STAGES.stages.values()}
+    return {f"Measurement{stage.suffix}": stage for stage in known_stages().stages.values()}
 
 
 def linear_stage(name: str) -> StageDescription:
@@ -57,7 +57,7 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
     LinearModelError if the FMU has no such parameter or cannot take its value.
     """
     linear_stage(name)
-    definition = STAGES.definition(name)
+    definition = known_stages().definition(name)
     known = {variable.name: variable for variable in definition.variables if variable.causality == "parameter"}
     block = definition.new_block()
     require_table(parameters, f"{name}: parameters", LinearModelError, "{'y.mass': '7.2 kg'}")
@@ -97,7 +97,7 @@ def prepare_fixed(name: str, block: Any) -> None:
     """
     status = block.start()
     if status:
-        definition = STAGES.definition(name)
+        definition = known_stages().definition(name)
         places = {variable.name: variable.place for variable in definition.variables}
         text = re.sub(r"\{([\w.]+)\}", lambda match: repr(read(block, places[match[1]])),
                       definition.refusals[status])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.pages.live_content import LAW_COLOURS, LAWS
 from maglev.pages.panels import PANELS, panel_kinds
 from maglev.pages.status import shown_until
@@ -141,7 +141,8 @@ def shown_by(result: RunResult, kind: str) -> list[str]:
 
 def own_outputs(plan: RunPlan, columns: Mapping[str, NDArray[Any]]) -> list[str]:
     """Return the columns of numbers that no FMU of this project has: further outputs of a user's FMU."""
-    known = {variable.name for name in STAGES.definitions() for variable in STAGES.definition(name).variables}
+    stages = known_stages()
+    known = {variable.name for name in stages.definitions() for variable in stages.definition(name).variables}
     driven = {signal.to for signal in plan.signals} | {axis.reference for axis in plan.axes.values()}
     return [name for name, values in columns.items()
             if name.partition(".")[2] not in known and name not in driven and values.dtype == np.float64]

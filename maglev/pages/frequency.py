@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.arrays import Array
 from maglev.files.errors import LinearModelError
 from maglev.linear.equilibrium import spelled
@@ -75,7 +75,8 @@ def loop_of(run: RunResult) -> Loop:
         if not (fmus[name].built_here and fmus[name].model in known):
             raise LinearModelError(f"there are no equations of its {name}, {fmus[name].shown}; maglev linearise finds "
                                    "the margins of a file by differences")
-    set_by = {name: {variable.name: fmu.start[variable.name] for variable in STAGES.definition(fmu.model).variables
+    set_by = {name: {variable.name: fmu.start[variable.name]
+                     for variable in known_stages().definition(fmu.model).variables
                      if variable.causality == "parameter" and variable.name in fmu.start}
               for name, fmu in fmus.items() if fmu.built_here}
     at = {name: float(run.columns[axis.reference][-1]) for name, axis in run.plan.axes.items()}

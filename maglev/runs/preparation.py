@@ -18,7 +18,7 @@ from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import LIBRARY, own_loop
 from maglev.cosim.wiring import Drives
 from maglev.descriptions.own_fmus import own_fmu, stale
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.arrays import Array
 from maglev.files.cache import Kept, digest_at
 from maglev.files.errors import ControllerError, FmuError, MaglevError, ScenarioError, few, option
@@ -270,7 +270,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     old = tuple(filter(None, (stale(file.path.stem, copy.path)
                               for file, copy in zip(given.values(), sources.values(), strict=True)
                               if isinstance(file, FmuFile) and isinstance(copy, FmuFile) and file.path.parent == fmus
-                              and file.path.stem in STAGES.definitions())))
+                              and file.path.stem in known_stages().definitions())))
     put_in, replaced = tuple(replaced), in_place(plan, sources, replaced)
     starts = Starts.planned(plan, replaced, put_in)
     plan = plan.model_copy(update={"signals": [signal for signal in plan.signals if signal.to not in starts.left_out]})

@@ -11,7 +11,7 @@ from maglev.cosim.fmi_versions import OWN_TOOL
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply
 from maglev.descriptions.own_fmus import definition
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.errors import ScenarioError, UnknownName, few, nearest, option
 from maglev.files.units import known_unit
 from maglev.scenario.claims import RunClaim
@@ -46,7 +46,7 @@ def known_ports(plan: RunPlan, name: str) -> dict[str, str | None]:
             known[signal.to.partition(".")[2]] = unit.si if (unit := known_unit(signal.unit)) else signal.unit
     model, file = plan.fmus[name].model, plan.fmus[name].file
     source = None if file is None else file_source(file)
-    if model in STAGES.definitions():
+    if model in known_stages().definitions():
         known |= {variable.name: variable.unit or None for variable in definition(model).variables}
     elif source is not None and source.path.is_file():
         known |= {variable.name: variable.unit for variable in read_description(name, source).modelVariables}
@@ -62,9 +62,10 @@ def named_or_source(role: str, given: Given, plans: Iterable[RunPlan]) -> str | 
     if not isinstance(given, str | Path) or not str(given) == Path(given).name == Path(given).stem or (
             Path(given).exists()):
         return source_of(given)
-    if str(given) not in STAGES.definitions():
+    known = known_stages().definitions()
+    if str(given) not in known:
         suffixes = tuple(plan.stage.suffix for plan in plans if plan.stage is not None)
-        names = [name for name in STAGES.definitions() if name.endswith(suffixes)] or STAGES.definitions()
+        names = [name for name in known if name.endswith(suffixes)] or known
         raise UnknownName(f"{role} {given}: is no FMU of this project and no file, "
                           f"{nearest(given, names, '.py', '.fmu')}")
     return str(given)

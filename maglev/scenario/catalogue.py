@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from maglev.descriptions.own_fmus import SYSTEM_STOP, definition, project
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.cache import PLACE, cache_folder, digest_at
 from maglev.files.errors import BuildError
 from maglev.files.programs import programs_side_by_side
@@ -67,7 +67,7 @@ def build_written(source: PythonFile, folder: Path, kind: Kind = PYTHON) -> Path
     read_description("controller", source)   # in another process, which a file may end when it is imported
     with buildable(source, kind.native) as written, whole_files(folder) as unfinished:
         own = written.definition
-        if own.name in (*STAGES.definitions(), *STAGES.systems()):
+        if own.name in (*known_stages().definitions(), *known_stages().systems()):
             raise BuildError(f"{source}: class {own.name} would overwrite an FMU of this project, expected another "
                              "name")
         made = maker(kind, written.texts)(own, unfinished)
@@ -81,7 +81,7 @@ def maker(kind: Kind, own: Mapping[str, str] | None = None) -> Make:
 
     `own` are texts of the modules of a user's class, by name. Raises ExportError as `build_native_fmu` does.
     """
-    made_by = project()._replace(pages=tuple(stage.folder for stage in STAGES.own.values()))
+    made_by = project()._replace(pages=tuple(stage.folder for stage in known_stages().own.values()))
     if not kind.native:
         made_by = made_by._replace(packages=(*made_by.packages, *(own or ())))
     if kind.native:
@@ -106,7 +106,7 @@ def unwatched(_done: int, _number: int) -> None:
 
 def as_python(definition: FmuDefinition) -> str:
     """Return the Python text of a definition of this project, also of one with parameters as inputs."""
-    text = STAGES.definitions()[definition.was or definition.name].text()
+    text = known_stages().definitions()[definition.was or definition.name].text()
     if definition.fed:
         text += (f"\nfrom maglev.fmi.definition import with_inputs\n\nDEFINITION = with_inputs(DEFINITION, "
                  f"{definition.name!r}, {definition.fed!r})\n")
@@ -135,7 +135,7 @@ def build(names: Iterable[str], folder: Path, kind: Kind = PYTHON, watch: Progre
         if loop is not None:
             loop.result()
         if kind.target != "wasm":
-            chosen_systems = [name for name in names if name in STAGES.systems()]
+            chosen_systems = [name for name in names if name in known_stages().systems()]
             made += build_systems(chosen_systems, unfinished, unfinished, kind.fmi)
     return [folder / path.name for path in made]
 
@@ -155,7 +155,7 @@ def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
 
 def with_parts(names: Iterable[str]) -> list[str]:
     """Return the FMUs to build: the named ones, and for a system those of its scenario."""
-    chosen = [list(system_loop(name).models.values()) if name in STAGES.systems() else [name] for name in names]
+    chosen = [list(system_loop(name).models.values()) if name in known_stages().systems() else [name] for name in names]
     return list(dict.fromkeys(part for parts in chosen for part in parts))
 
 
@@ -171,7 +171,7 @@ def system_loop(name: str) -> SystemLoop:
     """Return the loop of a system: that of an experiment, or for a user's stage that of its scenarios."""
     from maglev.scenario.loading import load_plan  # to list what there is takes no pydantic
 
-    stage = STAGES.systems()[name]
+    stage = known_stages().systems()[name]
     if not stage.experiment:
         table = loop_table(stage)
         models = {part: fmu["model"] for part, fmu in table["fmus"].items()}

@@ -15,7 +15,7 @@ from typing import get_args
 
 from maglev.descriptions.own_fmus import definition, kind_folder, stale
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.cache import FMUS, cache_folder, keep, kept, key_of
 from maglev.files.copies import copied
 from maglev.files.environment import DATE, number_in
@@ -75,7 +75,7 @@ def fmus_named(given: Iterable[object], stage: str | Path | None, fmus: str | Pa
     """
     if stage is not None:
         know_stage(stage)
-    return fmus_for_runs([str(name) for name in given if str(name) in STAGES.definitions()], fmus, kind, fmi)
+    return fmus_for_runs([str(name) for name in given if str(name) in known_stages().definitions()], fmus, kind, fmi)
 
 
 def compiles(kind: str | None) -> bool:
@@ -111,7 +111,7 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
         keep_files(shipped, kind, contents, say)
     missing = [name for name in names if file_names(name, kind)[0] not in ready]
     if missing:
-        for stage in {stage.file: stage for stage in map(STAGES.own_of, missing) if stage is not None}:
+        for stage in {stage.file: stage for stage in map(known_stages().own_of, missing) if stage is not None}:
             require_runnable(stage, say)
         what = "WebAssembly modules" if kind.target == "wasm" else f"{'native' if kind.native else 'Python'} FMUs"
         say(f"{few(missing)}: {what} are built, once for all runs")
@@ -177,7 +177,7 @@ def keep_files(names: Iterable[str], kind: Kind, contents: dict[str, bytes], say
 def fmu_key(name: str, kind: Kind) -> str:
     """Return the place in the cache: a digest of sources, tools and kind, and of an own stage's description and pages.
     """
-    stage = STAGES.own_of(name)
+    stage = known_stages().own_of(name)
     described = []
     if stage is not None:
         pages = stage.folder.glob("*/**/*.*")

@@ -7,7 +7,7 @@ from pathlib import Path
 from zipfile import BadZipFile, ZipFile
 
 from maglev.descriptions.own_fmus import built_here, definition, installed, kind_folder
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.errors import BuildError, option
 from maglev.files.whole_file import whole_files
 from maglev.fmi.compiler import PLATFORMS, library
@@ -49,7 +49,7 @@ def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2, c
                 raise BuildError(f"{option('source', str(given))}: {file} was built from other sources, expected the "
                                  f"FMUs of the release maglev-fmus {installed().version}")
         content = shipped_file(given, loop)
-        build_systems([name for name in names if name in STAGES.systems()], unfinished, unfinished, fmi)
+        build_systems([name for name in names if name in known_stages().systems()], unfinished, unfinished, fmi)
         with suppress(OSError):   # no room in the cache: runs are stepped in Python, then
             kept = keep_loop(content)
             if step_function(kept) is None:

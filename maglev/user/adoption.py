@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.descriptions.registry import STAGES, OwnStage
+from maglev.descriptions.registry import OwnStage, known_stages
 from maglev.descriptions.writer import page_texts
 from maglev.files.copies import copied
 from maglev.files.errors import StageError, one_of
@@ -41,11 +41,11 @@ def know_stage(path: str | Path) -> StageDescription:
     """
     file = Path(path)
     stage = read_own(file)
-    known = STAGES.own.get(stage.name)
+    known = known_stages().own.get(stage.name)
     if known is None or known.description != stage:
         require_free_name(file, stage.name)
         texts = {place: text.encode("utf-8") for place, text in page_texts(stage).items()}
-        STAGES.add(OwnStage(stage, copied(texts, file.absolute().parent), file))
+        known_stages().add(OwnStage(stage, copied(texts, file.absolute().parent), file))
     return stage
 
 
@@ -56,7 +56,7 @@ def stage_named(stage: str | Path) -> StageDescription:
     """
     if str(stage).endswith(".toml"):
         return know_stage(stage)
-    known = STAGES.stages
+    known = known_stages().stages
     if stage not in known:
         raise StageError(f"stage = {stage!r}, expected "
                        f"{one_of(stage, known, 'or a description NAME.toml', '.toml')}")

@@ -7,7 +7,7 @@ from pathlib import Path
 from statistics import fmean as mean
 from typing import Any
 
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.arrays import Array
 from maglev.files.errors import LinearModelError, StageError
 from maglev.files.text_columns import aligned, in_width
@@ -334,7 +334,7 @@ def require_field(stage: StageDescription) -> None:
 
 def require_within_ranges(stage: StageDescription) -> None:
     """Raise for values that no FMU takes as a start value."""
-    for definition in map(STAGES.definition, linear_names(stage)):
+    for definition in map(known_stages().definition, linear_names(stage)):
         block = definition.new_block()
         for variable in definition.variables:
             if variable.causality == "parameter" and not variable.boolean:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from maglev.descriptions.data_sheet import Catalogue, Field
 from maglev.descriptions.packaged import EXAMPLE, PACKAGED_STAGES, SINGLE
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.descriptions.writer import render
 from maglev.files.errors import MaglevError, StageError, one_of, option
 from maglev.user.adoption import require_free_name, stage_named
@@ -102,7 +102,7 @@ def new_scenario(path: str | Path, stage: str | Path = EXAMPLE) -> Path:
     """
     description = stage_named(str(stage))
     file = toml_file(path)
-    own = seen_from(file, stage) if description.name in STAGES.own else None
+    own = seen_from(file, stage) if description.name in known_stages().own else None
     write_new(file, scenario_text(description, file, own, more=True))
     return file
 

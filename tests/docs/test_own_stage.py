@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from command_line import maglev
 
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 
 PAGE = Path(__file__).parents[2] / "docs" / "own_stage.md"
 
@@ -38,6 +38,6 @@ def test_commands_lead_to_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             done = maglev(*shlex.split(command, comments=True)[1:], *(names if command.split()[1] == "build" else ()))
             assert done.exit_code == 0, done.output
             said.append(done.stdout)
-    STAGES.forget("mine")
+    known_stages().forget("mine")
     assert Path("results/mine-setpoints.png").stat().st_size > 10_000
     assert "completed: largest end error" in said[2]

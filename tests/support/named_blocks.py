@@ -10,7 +10,7 @@ from controller_fmu.estimator import Estimator
 from controller_fmu.pid import PID
 from controller_fmu.regulator import Regulator
 from maglev.closed_loop.closed_loop import AdaptiveLoop, ClosedLoop
-from maglev.descriptions.registry import STAGES, definitions
+from maglev.descriptions.registry import definitions, known_stages
 from plant_fmu.stage import Stage
 from pmlsm.stage_description import StageDescription
 
@@ -36,5 +36,5 @@ def named(block: Any, stage: StageDescription) -> Any:
 
 def named_block(name: str) -> Any:
     """A new block of an FMU, with names."""
-    stage = next(stage for stage in STAGES.stages.values() if name in definitions(stage))
-    return named(STAGES.definition(name).new_block(), stage)
+    stage = next(stage for stage in known_stages().stages.values() if name in definitions(stage))
+    return named(known_stages().definition(name).new_block(), stage)

@@ -14,6 +14,7 @@ from maglev.analysis.pair import AskedPair, make_pair
 from maglev.files.errors import LinearModelError
 from maglev.linear.loop import linearise_loop
 from maglev.scenario.fmus_for_runs import fmus_named
+from maglev.user.source import FmuFile
 
 WITHIN = 2e-4   # of a margin: the loop that runs rests within some nanometres of where the equations do
 

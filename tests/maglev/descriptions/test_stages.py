@@ -7,7 +7,7 @@ import pytest
 from named_blocks import named_block
 
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.descriptions.registry import STAGES, OwnStage, definitions
+from maglev.descriptions.registry import OwnStage, definitions, known_stages
 from maglev.descriptions.writer import page_texts
 from maglev.linear.parameters import controllers, plants
 
@@ -25,15 +25,16 @@ def stage(folder: Path, mass: float) -> OwnStage:
 
 
 def test_from_the_first_to_the_last(tmp_path: Path) -> None:
+    stages = known_stages()
     for folder, mass in (("first", 5.0), ("second", 6.0)):   # the second is instead of the first
-        STAGES.add(stage(tmp_path / folder, mass))
+        stages.add(stage(tmp_path / folder, mass))
         block = named_block("PlantMine")
         assert getattr(block, MINE.axis_names[0]).mass == mass
-        assert [*STAGES.stages] == [*PACKAGED_STAGES, "mine"] and STAGES.own_of("StageMine") is STAGES.own["mine"]
-        assert {*definitions(MINE)} <= {*STAGES.definitions()} and STAGES.systems()["StageMine"].name == "mine"
+        assert [*stages.stages] == [*PACKAGED_STAGES, "mine"] and stages.own_of("StageMine") is stages.own["mine"]
+        assert {*definitions(MINE)} <= {*stages.definitions()} and stages.systems()["StageMine"].name == "mine"
         assert "PlantMine" in plants() and "RegulatorMine" in controllers()
-    STAGES.forget("mine", "mine", "2dof")
-    assert STAGES.stages == PACKAGED_STAGES and STAGES.own_of("PlantMine") is None
-    assert not {*definitions(MINE)} & {*STAGES.definitions(), *plants(), *controllers()}
+    stages.forget("mine", "mine", "2dof")
+    assert stages.stages == PACKAGED_STAGES and stages.own_of("PlantMine") is None
+    assert not {*definitions(MINE)} & {*stages.definitions(), *plants(), *controllers()}
     with pytest.raises(KeyError):
-        STAGES.definition("PlantMine")
+        stages.definition("PlantMine")

@@ -8,7 +8,7 @@ import pytest
 from native_builds import FMI_HEADERS, STRICT, require_command, unpacked_sources
 
 from maglev.descriptions.own_fmus import DEFINITIONS, definition
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.fmi.native_build import SHELLS
 from maglev.language.blocks import block_text
 
@@ -62,7 +62,7 @@ def test_newer_standards(native_fmus: Path, tmp_path: Path, standard: str) -> No
     assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]
 
 
-@pytest.mark.parametrize("name", [name for name in STAGES.definitions()
+@pytest.mark.parametrize("name", [name for name in known_stages().definitions()
                                   if name.startswith(("ClosedLoop", "Estimator", "Measurement", "Commutation"))])
 def test_blocks_call_no_mathematical_library(name: str) -> None:
     """What a processor does rounds everywhere alike; what a library does need not."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from written_blocks import load_block, load_module
 
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.language.blocks import block_text
 from maglev.language.c_text import CText
 from maglev.language.names import KEYWORDS, identifier
@@ -52,7 +52,7 @@ class Tank:
 
 @pytest.mark.parametrize("name", ["ClosedLoop2DOF", "ClosedLoopAdaptive5DOF"])
 def test_functions_have_names_and_places_of_the_python(name: str) -> None:
-    block = STAGES.definition(name).new_block()
+    block = known_stages().definition(name).new_block()
     program = Program(block)
     roots = [program.method("start"), program.method("step", (FLOAT, FLOAT))]
     text = CText(program.layout, roots)
@@ -101,7 +101,7 @@ def names_of(function: Function) -> set[str]:
 
 
 def test_members_of_structs_are_the_attributes() -> None:
-    block = STAGES.definition("Plant3DOF").new_block()
+    block = known_stages().definition("Plant3DOF").new_block()
     text = block_text(block)
     members = re.search(rf"^struct {text.struct} {{\n(.*?)^}};", text.structs, re.MULTILINE | re.DOTALL)
     assert members is not None

@@ -11,7 +11,7 @@ from many_digits import many_digits
 from written_blocks import load_block
 
 from maglev.analysis.translated import numbers_of
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.fmi.definition import FmuDefinition, read, write
 from maglev.language.blocks import derivative
 from maglev.language.program import FLOAT, Untranslatable
@@ -30,9 +30,9 @@ SWITCHED_ON = {
     "mode.frequency": 60.0, "winding.thermal_resistance": 1.0, "ripple.amplitude": 0.2, "roughness.rms": 0.2,
     "friction.variation": 0.3,    "encoder.resolution": 1.03e-5}
 
-LOOPS = [name for name in STAGES.definitions() if name.startswith("ClosedLoop")]
-PLANTS = [name for name in STAGES.definitions() if name.startswith("Plant")]
-ALONE = [name for name in STAGES.definitions() if name.startswith(("Commutation", "Measurement", "Estimator"))]
+LOOPS = [name for name in known_stages().definitions() if name.startswith("ClosedLoop")]
+PLANTS = [name for name in known_stages().definitions() if name.startswith("Plant")]
+ALONE = [name for name in known_stages().definitions() if name.startswith(("Commutation", "Measurement", "Estimator"))]
 
 LAW = """\
 from math import atan, cos, exp, fabs, log, sin, sqrt, tan, tanh
@@ -165,7 +165,7 @@ def sample_time(block: Any) -> float:
 @pytest.mark.few(4)
 @pytest.mark.parametrize("name", [*LOOPS, *ALONE])
 def test_two_steps_from_the_start(name: str) -> None:
-    definition = STAGES.definition(name)
+    definition = known_stages().definition(name)
     block = definition.new_block()
     direction = directed(definition, block, Random(name))
     dt = sample_time(block)
@@ -174,7 +174,7 @@ def test_two_steps_from_the_start(name: str) -> None:
 
 @pytest.mark.parametrize("name", PLANTS)
 def test_rates_of_a_continuous_model(name: str) -> None:
-    definition = STAGES.definition(name)
+    definition = known_stages().definition(name)
     block = definition.new_block()
     direction = directed(definition, block, Random(name))
     assert len(check(block, direction, [("start", ()), ("derive", ())])) > len(direction)

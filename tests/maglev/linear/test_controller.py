@@ -11,7 +11,7 @@ from named_blocks import named
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.errors import LinearModelError
 from maglev.fmi.parameter import Parameter
 from maglev.linear.linearise import Currents, linearise
@@ -46,7 +46,7 @@ class Adapting:
     """The whole of an adaptive regulator, estimator and all, that is looked at as the regulator in it."""
 
     def __init__(self, name: str, parameters: dict[str, float | str]):
-        definition = STAGES.definition(name)
+        definition = known_stages().definition(name)
         whole = definition.new_block()
         for variable in definition.variables:
             if variable.name in parameters:

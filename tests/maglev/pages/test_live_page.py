@@ -16,7 +16,7 @@ from packaged_plans import RUNS
 
 from maglev.descriptions.own_fmus import definition, installed
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.errors import FmuError, ScenarioError
 from maglev.fmi.model_description import model_description
 from maglev.fmi.native_build import made_of
@@ -221,7 +221,7 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         made = made_of(definition(name), b"module", installed())
         (folder / f"{name}.xml").write_bytes(model_description(definition(name), "{0}", "1", 0) + made)
     yield folder
-    STAGES.forget(*STAGES.own)
+    known_stages().forget(*known_stages().own)
 
 
 @pytest.mark.usefixtures("slow")

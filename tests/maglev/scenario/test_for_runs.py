@@ -15,7 +15,7 @@ from command_line import maglev as command
 
 import maglev
 from maglev.cosim.step_loop import LIBRARY, build_loop, own_loop
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.cache import BLOCK_LOOPS, PLACE, keep
 from maglev.files.errors import BuildError, MaglevError
 from maglev.fmi.native_build import host_platform
@@ -37,7 +37,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setenv(PLACE, str(tmp_path / "cache"))
     (tmp_path / "short.toml").write_text(SHORT, encoding="utf-8")
     yield tmp_path
-    STAGES.forget("mine")
+    known_stages().forget("mine")
 
 
 @pytest.fixture

@@ -86,7 +86,8 @@ def test_every_figure_has_a_run_or_is_one_chart_of_a_procedure() -> None:
 def test_every_scenario_has_claims_or_is_for_comparison_only() -> None:
     claimed = {file_of(run).stem for run in RUNS if run.claims or (run.procedure and run.procedure.claims)}
     # The thesis leaves constants that change, and tilts, to future work, and has no payloads.
-    assert {file_of(run).stem for run in RUNS} - claimed == {"2dof-smooth", "3dof-smooth", "2dof-forgetting", "2dof-push",
+    assert {file_of(run).stem for run in RUNS} - claimed == {"2dof-smooth", "3dof-smooth", "2dof-forgetting",
+                                                         "2dof-push",
                                                          "3dof-push", "2dof-measurement", "3dof-measurement",
                                                          "2dof-faults", "3dof-faults",
                                                          "3dof-payload", "2dof-effects", "3dof-effects",

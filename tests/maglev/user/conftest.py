@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 
 
 @pytest.fixture(autouse=True)
 def forgotten() -> Iterator[None]:
     yield
-    STAGES.forget(*STAGES.own)
+    known_stages().forget(*known_stages().own)

@@ -13,7 +13,7 @@ from typer.testing import Result
 import maglev
 from maglev.cli.app import app
 from maglev.descriptions.own_fmus import stale
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.files.errors import MaglevError
 from maglev.user.adoption import know_stage
 
@@ -87,7 +87,7 @@ def folder(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Pat
         text = Path("mine.toml").read_text(encoding="utf-8")
         Path("mine.toml").write_text(text.replace("mass = 4.35 ", "mass = 4.4 "), encoding="utf-8")
     yield place
-    STAGES.forget(*STAGES.own)
+    known_stages().forget(*known_stages().own)
 
 
 def said(result: Result) -> list[str]:

@@ -6,7 +6,7 @@ import pytest
 from command_line import maglev as command
 
 import maglev
-from maglev.descriptions.registry import STAGES
+from maglev.descriptions.registry import known_stages
 from maglev.user.new_stage import new_stage
 
 pytestmark = pytest.mark.usefixtures("slow")
@@ -117,7 +117,7 @@ def test_list() -> None:
 
 
 def test_without_its_description_its_fmus_are_not_known() -> None:
-    STAGES.forget("kite")
+    known_stages().forget("kite")
     for unknown in (lambda: maglev.build("PlantKite"), lambda: maglev.linearise("PlantKite", {"v": 0.02})):
         with pytest.raises(maglev.MaglevError, match="PlantKite.*, or one of your own stage, with stage = mine.toml"):
             unknown()
