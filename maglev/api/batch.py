@@ -29,7 +29,7 @@ from maglev.many.samples import BatchResult
 from maglev.many.study_file import read_study
 from maglev.many.study_plan import plan_study
 from maglev.pages.sample_commands import row_options
-from maglev.scenario.options import RunOptions, takes_run_options
+from maglev.scenario.options import SampleOptions, takes_options
 
 UNDONE = "was not run: the batch was interrupted"
 
@@ -98,11 +98,11 @@ class Batch:
         return rerun(**row_options(self.about, {name: values[number].item() for name, values in self.settings.items()}))
 
 
-@takes_run_options("timeout", "parameters")
+@takes_options
 def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray[Any]], *,
           metrics: Sequence[str] | None = None, keep: Sequence[str] = (), keep_interval: float | None = None,
           jobs: int | None = None, watch: Watch | None = None, say: Say | None = None,
-          **options: Unpack[RunOptions]) -> Batch:
+          **options: Unpack[SampleOptions]) -> Batch:
     """Run a scenario once for each row of values, side by side.
 
     Native FMUs of this installation are one loop in C, in threads of this process; of a long batch that loop is

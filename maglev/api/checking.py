@@ -16,16 +16,16 @@ from maglev.runs.baseline_update import update_all
 from maglev.runs.check_outcome import CheckResult, UpdateResult, write_junit
 from maglev.runs.selection import Scenarios, needed, select
 from maglev.scenario.layers import PACKAGED
-from maglev.scenario.options import RunOptions, takes_run_options
+from maglev.scenario.options import CheckOptions, takes_options
 from maglev.scenario.run_plan import RunPlan
 
 Result = TypeVar("Result", CheckResult, UpdateResult)
 
 
-@takes_run_options("step", "order")
+@takes_options
 def check(names: Scenarios | None = None, *, baselines: str | Path | None = None,
           junit: str | Path | None = None, pictures: str | Path | None = None, jobs: int | None = None,
-          watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> list[CheckResult]:
+          watch: Watch | None = None, say: Say | None = None, **options: Unpack[CheckOptions]) -> list[CheckResult]:
     """Simulate runs, and compare them with their baselines.
 
     Parameters
@@ -68,9 +68,9 @@ def check(names: Scenarios | None = None, *, baselines: str | Path | None = None
     return results
 
 
-@takes_run_options("step", "order")
+@takes_options
 def update(names: Scenarios | None = None, *, baselines: str | Path | None = None, jobs: int | None = None,
-           watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> list[UpdateResult]:
+           watch: Watch | None = None, say: Say | None = None, **options: Unpack[CheckOptions]) -> list[UpdateResult]:
     """Simulate runs, write their baselines again, and report the changes; see `check` for parameters and errors.
 
     The baselines are written when all runs are done: after Ctrl-C, all are unchanged.
@@ -88,7 +88,7 @@ def require_packaged(plans: Sequence[RunPlan], write: bool) -> None:
 
 def compare(every: Callable[..., list[Result]], names: Scenarios | None,
             baselines: str | Path | None, jobs: int | None, watch: Watch | None, say: Say | None,
-            options: RunOptions) -> list[Result]:
+            options: CheckOptions) -> list[Result]:
     """Check or update the given runs and, after them, the runs that they start from."""
     plans = select(names)
     plans += needed(plans)

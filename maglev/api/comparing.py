@@ -25,7 +25,7 @@ from maglev.runs.preparation import Experiment, know_stage_of
 from maglev.runs.selection import needed
 from maglev.scenario.layers import Scenario
 from maglev.scenario.loading import load_plan
-from maglev.scenario.options import RunOptions, takes_run_options
+from maglev.scenario.options import CompareOptions, RunOptions, takes_options
 from maglev.scenario.run_plan import RunPlan
 from maglev.user.source import Given, file_source, name_of
 
@@ -105,9 +105,9 @@ class Comparison:
         return write_comparison(Path(folder), self.name, self.title, self.results, picture=picture, page=page)
 
 
-@takes_run_options("controller")
+@takes_options
 def compare(runs: Scenario | Iterable[Run] | Mapping[str, Run], controllers: Controllers | None = None, *,
-            watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> Comparison:
+            watch: Watch | None = None, say: Say | None = None, **options: Unpack[CompareOptions]) -> Comparison:
     """Simulate a run with each of several controllers, or put completed runs side by side.
 
     Parameters
@@ -207,7 +207,7 @@ def labelled(controllers: Controllers) -> dict[str, Given]:
     return by_label
 
 
-def put_in(plan: RunPlan, label: str, controller: Given, options: RunOptions, say: Say = warn,
+def put_in(plan: RunPlan, label: str, controller: Given, options: CompareOptions, say: Say = warn,
            watch: Watch = unwatched) -> Experiment:
     """Return the run with a controller, under a name of its own; the plan's own controller does not change the run.
 
@@ -215,7 +215,7 @@ def put_in(plan: RunPlan, label: str, controller: Given, options: RunOptions, sa
     """
     know_stage_of(plan)
     own = plan.fmus.get("controller")
-    chosen: RunOptions = {**options}
+    chosen = cast("RunOptions", {**options})
     named = str(controller) if isinstance(controller, str | Path) else ""
     if named in known_stages().definitions() and options.get("plant") is None:
         chosen.pop("ports", None)

@@ -14,13 +14,13 @@ from maglev.runs.preparation import Experiment, know_stage_of
 from maglev.runs.replacement import Replacement, named_or_source
 from maglev.runs.selection import prepare_all
 from maglev.scenario.fmus_for_runs import fmus_for_runs
-from maglev.scenario.options import RunOptions, completed_options
+from maglev.scenario.options import RunOptions, SomeOptions, completed_options
 from maglev.scenario.run_plan import RunPlan, StartValue
 from maglev.scenario.settings import start_values
 from maglev.user.source import FmuFile, PythonFile
 
 
-def experiments_of(plans: Sequence[RunPlan], options: RunOptions, say: Say = warn, watch: Watch = unwatched,
+def experiments_of(plans: Sequence[RunPlan], options: SomeOptions, say: Say = warn, watch: Watch = unwatched,
                    everywhere: bool = False) -> list[Experiment]:
     """Return the runs made ready; see `fmus_for_runs` for arguments. MaglevError if an option or a plan cannot be used.
     """

@@ -35,7 +35,7 @@ from maglev.runs.selection import Scenarios, compared_with, needed, select
 from maglev.runs.verdicts import ClaimResult, Judgements
 from maglev.scenario.layers import Scenario
 from maglev.scenario.loading import load_plan
-from maglev.scenario.options import Format, RunOptions, takes_run_options
+from maglev.scenario.options import Format, RunOptions, takes_options
 from maglev.scenario.run_plan import RunPlan
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:
              "note": judged.note} for judged in claims]
 
 
-@takes_run_options()
+@takes_options
 def run(name: Scenario, *, every: int | None = None, progress: Progress | None = None,
         **options: Unpack[RunOptions]) -> Run:
     """Simulate one run and return its columns and metrics; no files are written.
@@ -225,7 +225,7 @@ def run(name: Scenario, *, every: int | None = None, progress: Progress | None =
     return Run(completed_run(experiment, recording), experiment.units(recording.columns), recording)
 
 
-@takes_run_options()
+@takes_options
 def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot: bool = False,
             page: bool | Literal["run"] = False, what_if: bool = True, claims: ClaimsOf | None = None,
             format: Format = "csv", every: int | None = None, jobs: int | None = None, watch: Watch | None = None,

@@ -41,7 +41,7 @@ from maglev.scenario.catalogue import HOST, Kind, build_written
 from maglev.scenario.fmus_for_runs import compiles
 from maglev.scenario.layers import packaged_files
 from maglev.scenario.loading import load_plan
-from maglev.scenario.options import OPTIONS, RunOptions, seconds, takes_run_options
+from maglev.scenario.options import OPTIONS, RunOptions, SampleOptions, seconds, takes_options
 from maglev.scenario.settings import start_values
 from maglev.user.new_stage import seen_from, toml_file, write_new
 from maglev.user.source import PythonFile, Source, carried, source_of
@@ -143,12 +143,12 @@ class Study:
         return page
 
 
-@takes_run_options("timeout", "parameters")
+@takes_options
 def study(what: str | Path | StudyFile, *, vary: Vary | None = None, samples: int | None = None, seed: int = 0,
           keep: Sequence[str] = (), name: str | None = None, out: str | Path = "results", jobs: int | None = None,
           scheduler: str | None = None, resume: bool = False,
           sample_timeout: float | str | None = None, watch: Watch | None = None, say: Say | None = None,
-          **options: Unpack[RunOptions]) -> Study:
+          **options: Unpack[SampleOptions]) -> Study:
     """Run a scenario many times, with varied quantities from a file or from `vary`, and return the dataset.
 
     Parameters
@@ -254,7 +254,7 @@ def new_study(path: str | Path, scenario: str | Path) -> Path:
 
 
 @contextmanager
-def made_ready(study: StudyFile | TuneFile, origin: str, folder: Path, options: RunOptions, scheduler: str | None,
+def made_ready(study: StudyFile | TuneFile, origin: str, folder: Path, options: SampleOptions, scheduler: str | None,
                say: Say, watch: Watch) -> Iterator[tuple[Experiment, dict[str, Any]]]:
     """Yield the experiment of a study or a tuning for the block, and the JSON that repeats it with `maglev run`.
 

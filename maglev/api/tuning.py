@@ -18,7 +18,7 @@ from maglev.many.tuning_file import load_tuning
 from maglev.many.tuning_plan import PlannedTuning, plan_tuning
 from maglev.many.tuning_search import SearchResult, gains_toml, search, show_result
 from maglev.scenario.loading import load_plan
-from maglev.scenario.options import RunOptions, takes_run_options
+from maglev.scenario.options import SampleOptions, takes_options
 from maglev.user.new_stage import seen_from, toml_file, write_new
 from maglev.user.source import PythonFile, file_source
 
@@ -109,10 +109,10 @@ def searched_of(controller: Path) -> list[tuple[str, float, float]]:
     return found
 
 
-@takes_run_options("timeout", "parameters")
+@takes_options
 def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = None, scheduler: str | None = None,
          resume: bool = False, watch: Watch | None = None, say: Say | None = None,
-         **options: Unpack[RunOptions]) -> Tuned:
+         **options: Unpack[SampleOptions]) -> Tuned:
     """Search the parameters that a tuning file asks for, and write them as a file that a scenario extends.
 
     Parameters

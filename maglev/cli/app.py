@@ -33,7 +33,7 @@ from maglev.cli.streams import CommandLine
 from maglev.cli.study import compare, study, tune
 from maglev.cli.terminal import one_line_errors, progress_of, require_environment, run_and_print, say
 from maglev.files.errors import ScenarioError
-from maglev.scenario.options import KindName
+from maglev.scenario.options import OPTIONS, KindName
 
 app = CommandLine(context_settings={"help_option_names": ["-h", "--help"]}, help="""
 Simulate magnetically levitated stages with their controllers, as FMUs.
@@ -122,7 +122,7 @@ def build(names: Annotated[list[str] | None, typer.Argument(
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
-@with_run_options()
+@with_run_options(OPTIONS)
 def run(names: Names = None, everything: All = False, out: Out = Path("results"),
         open_page: Annotated[bool, typer.Option("--open", help="Write the page of the run, and open it.")] = False,
         plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
@@ -166,7 +166,7 @@ def run(names: Names = None, everything: All = False, out: Out = Path("results")
                       jobs=jobs, **options)
 
 
-@with_run_options()
+@with_run_options(OPTIONS)
 def report(names: Names = None, out: Out = Path("results"),
            open_page: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
            what_if: Annotated[bool, typer.Option(help="Repeat without friction if it explains a miss.",
@@ -192,7 +192,7 @@ def report(names: Names = None, out: Out = Path("results"),
                       jobs=jobs, **options)
 
 
-@with_run_options("fmus")
+@with_run_options(["fmus"])
 def live(files: Annotated[list[str] | None, typer.Argument(
              metavar="FILE", help="Your own stages and scenarios; by default all packaged ones.",
              show_default=False)] = None,

@@ -9,13 +9,13 @@ import maglev
 from maglev.cli.options import Debug, Jobs, NamesOrFmus, Out, with_run_options
 from maglev.cli.terminal import one_line_errors, print_outcomes, progress_of, say
 from maglev.files.errors import ScenarioError
-from maglev.scenario.options import OPTIONS, completed_options
+from maglev.scenario.options import OPTIONS, CheckOptions, completed_options
 
 if TYPE_CHECKING:
     from maglev.runs.check_outcome import CheckResult
 
 
-@with_run_options(without=("step", "order"))
+@with_run_options(CheckOptions.__annotations__)
 def check(names: NamesOrFmus = None,
           update: Annotated[bool, typer.Option("--update", help="Write new baselines, and print the changes.")] = False,
           baselines: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder of baselines; by default the "

@@ -22,7 +22,7 @@ Clock = Annotated[str, typer.Option(metavar="FREQUENCY", help="Processor clock f
 Cycles = Annotated[float, typer.Option(metavar="X", help="Mean cycles of an instruction.")]
 
 
-@with_run_options("fmus")
+@with_run_options(["fmus"])
 def target(controller: ControllerName, run: OnRun = None, stage: StageFile = None, out: TargetFolder = Path("target"),
            clock: Clock = "216 MHz", cycles: Cycles = 1.5, debug: Debug = False, **options: Any) -> None:
     """Write a controller as C for a microcontroller, and measure its time.
@@ -63,7 +63,7 @@ def about_pack() -> None:
 
 
 @pack.command()
-@with_run_options("fmus")
+@with_run_options(["fmus"])
 def ref(fmu: Annotated[Path, typer.Argument(metavar="FMU", help="An FMU for co-simulation.")],
         scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A packaged run, or a TOML file.",
                                                 autocompletion=run_names)],

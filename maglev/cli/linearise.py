@@ -25,6 +25,7 @@ from maglev.cli.terminal import one_line_errors, write_json
 from maglev.files.errors import LinearModelError, option
 from maglev.files.pictures import require_matplotlib, write_figure
 from maglev.files.units import number_or_text, positive_time
+from maglev.scenario.options import FmuOptions
 
 if TYPE_CHECKING:
     from maglev.linear.loop import Loop
@@ -92,7 +93,7 @@ class Asked:
             write_json(self.json, data)
 
 
-@with_run_options("ports", "timeout", "fmus", "kind", "fmi")
+@with_run_options(["ports", "timeout", *FmuOptions.__annotations__])
 @with_more(MODEL | INJECTION)
 def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure = False, settings: Parameters = None,
               plot: Plot = False, amplifier: Annotated[bool, typer.Option(

@@ -1,6 +1,6 @@
 """Options that commands of the command line share."""
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from inspect import signature
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -53,9 +53,9 @@ Jobs = Annotated[int | None, typer.Option(
 Command = Callable[..., None]
 
 
-def with_run_options(*names: str, without: Collection[str] = ()) -> Callable[[Command], Command]:
-    """Give a command the options of runs, or some of them, after its own, instead of `**options`."""
-    return with_more({name: (typed(name), OPTIONS[name].default) for name in names or OPTIONS if name not in without})
+def with_run_options(names: Iterable[str]) -> Callable[[Command], Command]:
+    """Give a command some options of runs, after its own, instead of `**options`."""
+    return with_more({name: (typed(name), OPTIONS[name].default) for name in OPTIONS if name in {*names}})
 
 
 def with_more(options: Mapping[str, tuple[Any, object]]) -> Callable[[Command], Command]:

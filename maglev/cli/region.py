@@ -22,6 +22,7 @@ from maglev.cli.terminal import one_line_errors, write_json
 from maglev.files.errors import LinearModelError
 from maglev.files.pictures import require_matplotlib, write_figure
 from maglev.files.units import number_or_text
+from maglev.scenario.options import FmuOptions
 
 StageName = Annotated[str, typer.Argument(metavar="STAGE", help=f"{STAGE_NAMES}, or a TOML file.", show_default=False)]
 Axis = Annotated[str, typer.Argument(metavar="AXIS", help=f"{AXIS_NAMES}.", show_default=False)]
@@ -38,7 +39,7 @@ Run = Annotated[bool, typer.Option("--run/--no-run", help="Also run steps with t
 Plot = Annotated[bool, typer.Option("--plot", help="Draw region and responses (needs matplotlib).")]
 
 
-@with_run_options("fmus", "kind", "fmi")
+@with_run_options(FmuOptions.__annotations__)
 def region(stage: StageName, axis: Axis, gap: Gap, controller: Regulator = None, settings: Parameters = None,
            synthesise: Synthesise = False, decay: Decay = 1.0, step: Step = None, run: Run = True, plot: Plot = False,
            as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False, **options: Any) -> None:

@@ -9,6 +9,7 @@ import maglev
 from maglev.cli.options import MORE, Debug, Jobs, Out, pairs, run_names, with_run_options
 from maglev.cli.terminal import one_line_errors, print_json, progress_of, report_console, say
 from maglev.files.errors import ScenarioError, lacking
+from maglev.scenario.options import CompareOptions, SampleOptions
 
 Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", show_default=False, rich_help_panel=MORE,
                                                help="Use the workers of this Dask scheduler.")]
@@ -17,7 +18,7 @@ SampleTimeout = Annotated[str | None, typer.Option(metavar="TIME", show_default=
                                                    help="Longest wall time of a sample.")]
 
 
-@with_run_options(without=("timeout", "parameters"))
+@with_run_options(SampleOptions.__annotations__)
 def study(what: Annotated[str, typer.Argument(
               metavar="STUDY", help="A packaged study, a TOML file, or with --vary a run.", autocompletion=run_names)],
           vary: Annotated[list[str] | None, typer.Option(
@@ -86,7 +87,7 @@ def write_and_print(study: "maglev.Study") -> None:
         raise typer.Exit(2)
 
 
-@with_run_options(without=("timeout", "parameters"))
+@with_run_options(SampleOptions.__annotations__)
 def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A packaged tuning, or a TOML file.")],
          out: Out = Path("results"), jobs: Jobs = None, scheduler: Scheduler = None,
          resume: Resume = False, debug: Debug = False, **options: Any) -> None:
@@ -108,7 +109,7 @@ def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A packaged 
         typer.echo(f"results: {tuned.path}")
 
 
-@with_run_options(without=("controller",))
+@with_run_options(CompareOptions.__annotations__)
 def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A run from `maglev list`, or a TOML file.",
                                                 autocompletion=run_names)],
             controllers: Annotated[list[str], typer.Option(

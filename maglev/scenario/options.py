@@ -40,30 +40,9 @@ class Option:
     same_results: bool = False        # bit for bit, whatever it is
 
 
-class RunOptions(TypedDict, total=False):
-    """Differences of runs from their plans; see `maglev.run`."""
+class FmuOptions(TypedDict, total=False):
+    """Which FMUs of this project run; see `maglev.run`."""
 
-    controller: Annotated["Given | None", Option(
-        "--controller", Path, "Replace the controller: an FMU or a Python file.", metavar="CONTROLLER")]
-    plant: Annotated["Given | None", Option("--plant", Path, "Replace the plant: an FMU or a Python file.",
-                                            metavar="PLANT")]
-    set: Annotated["Settings", Option("--set", list[str], "Start value in SI or with a unit. Repeatable.",
-                                      metavar="FMU.VARIABLE=VALUE")]
-    step: Annotated[float | str | None, Option("--step", str, "Communication step, in s or with a unit.",
-                                               metavar="TIME", time=True)]
-    ports: Annotated[str | Path | None, Option(
-        "--map", Path, "Names, units and steps of the other FMU's ports.", group=REPLACED, metavar="TOML")]
-    keep_settings: Annotated[bool, Option(
-        "--keep-settings", bool, "Give your controller the scenario's settings.", False, REPLACED)]
-    model: Annotated[str | Path | None, Option(
-        "--model", Path, "File of `maglev identify`, or the word `plant`.", group=REPLACED, metavar="TOML")]
-    parameters: Annotated[ParameterFiles, Option(
-        "--parameters", list[str], "Start values from a parameter set (SSV).", group=REPLACED, metavar="[FMU=]SSV")]
-    order: Annotated[Order, Option(
-        "--order", Order, "`sequential`, or `jacobi`: in parallel.", "sequential", NUMERICS, "ORDER",
-        choices=get_args(Order))]
-    timeout: Annotated[float | str, Option(
-        "--timeout", str, "Time limit of a call of a third-party FMU.", "60 s", NUMERICS, "TIME", time=True)]
     fmus: Annotated[str | Path | None, Option(
         "--fmus", Path, "Use the FMUs of this folder; build none.", group=FMUS, metavar="FOLDER", same_results=True)]
     kind: Annotated[KindName | None, Option(
@@ -73,10 +52,72 @@ class RunOptions(TypedDict, total=False):
                                same_results=True)]
 
 
-OPTIONS: Mapping[str, Option] = {name: kind.__metadata__[0] for name, kind in RunOptions.__annotations__.items()}
+class ControllerOptions(TypedDict, total=False):
+    """The controller that replaces that of the plan."""
+
+    controller: Annotated["Given | None", Option(
+        "--controller", Path, "Replace the controller: an FMU or a Python file.", metavar="CONTROLLER")]
 
 
-def completed_options(options: RunOptions) -> RunOptions:
+class PlantOptions(FmuOptions, total=False):
+    """The plant that replaces that of the plan, and the values of both."""
+
+    plant: Annotated["Given | None", Option("--plant", Path, "Replace the plant: an FMU or a Python file.",
+                                            metavar="PLANT")]
+    set: Annotated["Settings", Option("--set", list[str], "Start value in SI or with a unit. Repeatable.",
+                                      metavar="FMU.VARIABLE=VALUE")]
+    ports: Annotated[str | Path | None, Option(
+        "--map", Path, "Names, units and steps of the other FMU's ports.", group=REPLACED, metavar="TOML")]
+    keep_settings: Annotated[bool, Option(
+        "--keep-settings", bool, "Give your controller the scenario's settings.", False, REPLACED)]
+    model: Annotated[str | Path | None, Option(
+        "--model", Path, "File of `maglev identify`, or the word `plant`.", group=REPLACED, metavar="TOML")]
+
+
+class SteppingOptions(TypedDict, total=False):
+    """How the FMUs step."""
+
+    step: Annotated[float | str | None, Option("--step", str, "Communication step, in s or with a unit.",
+                                               metavar="TIME", time=True)]
+    order: Annotated[Order, Option(
+        "--order", Order, "`sequential`, or `jacobi`: in parallel.", "sequential", NUMERICS, "ORDER",
+        choices=get_args(Order))]
+
+
+class SingleRunOptions(TypedDict, total=False):
+    """Options of single runs, as samples of a study are not."""
+
+    parameters: Annotated[ParameterFiles, Option(
+        "--parameters", list[str], "Start values from a parameter set (SSV).", group=REPLACED, metavar="[FMU=]SSV")]
+    timeout: Annotated[float | str, Option(
+        "--timeout", str, "Time limit of a call of a third-party FMU.", "60 s", NUMERICS, "TIME", time=True)]
+
+
+class RunOptions(ControllerOptions, PlantOptions, SteppingOptions, SingleRunOptions, total=False):
+    """Differences of runs from their plans; see `maglev.run`."""
+
+
+class CompareOptions(PlantOptions, SteppingOptions, SingleRunOptions, total=False):
+    """Options of runs that are compared by their controllers."""
+
+
+class CheckOptions(ControllerOptions, PlantOptions, SingleRunOptions, total=False):
+    """Options of runs that are compared with baselines, which have a step and an order."""
+
+
+class SampleOptions(ControllerOptions, PlantOptions, SteppingOptions, total=False):
+    """Options of the samples of a study, a tuning or a batch."""
+
+
+SomeOptions = RunOptions | CompareOptions | CheckOptions | SampleOptions
+
+# By name, in the order of the help.
+OPTIONS: Mapping[str, Option] = dict(sorted(
+    ((name, kind.__metadata__[0]) for name, kind in RunOptions.__annotations__.items()),
+    key=lambda pair: ("", REPLACED, NUMERICS, FMUS).index(pair[1].group)))
+
+
+def completed_options(options: SomeOptions) -> RunOptions:
     """Return options with the defaults of the others, times in s; ScenarioError if one cannot be used."""
     given = {name: value for name, value in options.items() if value is not None}
     for name, value in given.items():
@@ -101,25 +142,21 @@ def with_options(called: Signature, more: Mapping[str, tuple[Any, object]]) -> S
         for name, (annotation, default) in more.items())])
 
 
-def takes_run_options(*left_out: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Show and take, as **options of a function, the options of runs except for some."""
-    types = {name: get_args(annotation)[0] for name, annotation in RunOptions.__annotations__.items()}
-    names = {name: (getattr(types[name], "__forward_arg__", types[name]), option.default)
-             for name, option in OPTIONS.items() if name not in left_out}
+def takes_options(function: Callable[P, T]) -> Callable[P, T]:
+    """Show in the signature of a function with **options what these are, and refuse all others."""
+    record, = get_args(function.__annotations__["options"])   # of Unpack
+    types = {name: get_args(record.__annotations__[name])[0] for name in OPTIONS if name in record.__annotations__}
+    shown = with_options(signature(function), {name: (getattr(kind, "__forward_arg__", kind), OPTIONS[name].default)
+                                               for name, kind in types.items()})
 
-    def extended(function: Callable[P, T]) -> Callable[P, T]:
-        shown = with_options(signature(function), names)
-
-        @wraps(function)
-        def called(*arguments: P.args, **options: P.kwargs) -> T:
-            for name in options.keys() - shown.parameters.keys():
-                raise ScenarioError(f"{option(name, options[name])}: not an option of {function.__name__}"
-                                    if name in OPTIONS else
-                                    f"{name}: unknown option, {nearest(name, shown.parameters)}")
-            for name, value in options.items():
-                if shown.parameters[name].annotation is bool and value not in (None, False, True):
-                    raise ScenarioError(f"{option(name, value)}: expected True or False")
-            return function(*arguments, **options)
-        called.__signature__ = shown   # type: ignore[attr-defined]  # where inspect, help and editors look
-        return called
-    return extended
+    @wraps(function)
+    def called(*arguments: P.args, **options: P.kwargs) -> T:
+        for name in options.keys() - shown.parameters.keys():
+            raise ScenarioError(f"{option(name, options[name])}: not an option of {function.__name__}"
+                                if name in OPTIONS else f"{name}: unknown option, {nearest(name, shown.parameters)}")
+        for name, value in options.items():
+            if shown.parameters[name].annotation is bool and value not in (None, False, True):
+                raise ScenarioError(f"{option(name, value)}: expected True or False")
+        return function(*arguments, **options)
+    called.__signature__ = shown   # type: ignore[attr-defined]  # where inspect, help and editors look
+    return called
