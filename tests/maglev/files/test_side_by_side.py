@@ -126,7 +126,7 @@ class TermWhileLoaded:
     [["maglev"], pickle.dumps((".", TermWhileLoaded()))],   # instead of a task, which imports what it needs
 ], ids=["arguments", "task"])
 def test_a_process_that_is_asked_to_end_as_it_starts_says_nothing(frames: list[object]) -> None:
-    program = PROGRAM.format(path=sys.path, folder=None)
+    program = PROGRAM.format(path=sys.path, folder=None, copies=".")
     done = subprocess.run([sys.executable, "-c", program], input=b"".join(map(pickle.dumps, frames)),
                           capture_output=True, timeout=120)
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGTERM, b"", b"")
