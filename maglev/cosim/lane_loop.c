@@ -21,6 +21,7 @@ static bool ready(const struct Progress *progress)
 
 /* Several runs side by side, each in a lane: values that differ between them are vectors. */
 #define LANES $width
+enum { TRACKS = $tracks, COLUMNS = $columns, AMOUNTS = $amounts };
 $lanes
 
 static inline lanes_float lanes_from(const double *const *rows, int64_t place)
@@ -46,9 +47,9 @@ struct in_lanes {
 $members
 };
 
-/* Put initialised instances and first rows into lanes, the first one into lane 0. Returns RUN_REFUSED where an FMU
+/* Put initialised instances and first rows into a lane, the first one into lane 0. Returns RUN_REFUSED where an FMU
  * would refuse a step, RUN_OTHERWISE if they differ in a value that lanes share. Without instances it returns the
- * number of bytes of all. */
+ * number of bytes of a group of lanes. */
 EXPORT int64_t maglev_lanes_take(struct in_lanes *all, struct Instance *const *instances, const void *const *rows,
                                  int64_t lane);
 int64_t maglev_lanes_take(struct in_lanes *all, struct Instance *const *instances, const void *const *rows, int64_t lane)
@@ -79,26 +80,32 @@ $copy
     return from < LANES;
 }
 
-/* Write the rows for communication points `first` to before `end`, and make the steps that begin at them, but none at
- * the `last` point of all. `sizes` has sums and largest ones of amounts. `status` says how the run in each lane goes.
- * rows[run][track] has the values of a signal's track at all points, one after the other. */
-EXPORT void maglev_lanes(struct in_lanes *taken, const struct moved *calls, const void *const *const *rows, int64_t first,
-                         int64_t end, int64_t last, double *seen, double *sizes, int64_t *status);
-void maglev_lanes(struct in_lanes *taken, const struct moved *calls, const void *const *const *rows, int64_t first,
-                  int64_t end, int64_t last, double *seen, double *sizes, int64_t *status)
+/* Give a variable, by its place in the list of those that change, another value in a lane. */
+EXPORT void maglev_lanes_change(struct in_lanes *all, int64_t lane, int64_t what, double value);
+void maglev_lanes_change(struct in_lanes *all, int64_t lane, int64_t what, double value)
 {
-    struct in_lanes all = *taken;
+    switch (what) {
+$changes
+    default: break;
+    }
+}
+
+/* Run one group of lanes, see maglev_lanes. */
+static inline void run_group(struct in_lanes *restrict all, const struct moved *calls, const void *const *rows, int64_t first,
+                             int64_t end, int64_t last, double *seen, double *sizes, int64_t *status)
+{
     const int64_t points = last + 1;
     bool live[LANES];
     $signals
     (void)points;
+    (void)rows;
     for (int lane = 0; lane < LANES; ++lane) {
         live[lane] = status[lane] == RUN_DONE;
     }
-    if (!fill(&all, live)) {
+    if (!fill(all, live)) {
         return;
     }
-    for (int64_t k = first; k < end; ++k, seen += $columns * LANES) {
+    for (int64_t k = first; k < end; ++k, seen += COLUMNS * LANES) {
         lanes_int refused = {0};
 $see
         if (k == last) {
@@ -112,10 +119,25 @@ $step
                     status[lane] = RUN_REFUSED;
                 }
             }
-            if (!fill(&all, live)) {
+            if (!fill(all, live)) {
                 return;
             }
         }
     }
-    *taken = all;
+}
+
+/* Write the rows for communication points `first` to before `end`, and make the steps that begin at them, but none at
+ * the `last` point of all. `sizes` has sums and largest ones of amounts. `status` says how the run in each lane goes.
+ * Each lane has TRACKS rows; that of a signal's track has its values at all points, one after the other. The data of a
+ * group of lanes follow those of the group before it. */
+EXPORT void maglev_lanes(struct in_lanes *taken, int64_t groups, const struct moved *calls, const void *const *rows,
+                         int64_t first, int64_t end, int64_t last, double *seen, double *sizes, int64_t *status);
+void maglev_lanes(struct in_lanes *taken, int64_t groups, const struct moved *calls, const void *const *rows,
+                  int64_t first, int64_t end, int64_t last, double *seen, double *sizes, int64_t *status)
+{
+    for (int64_t group = 0; group < groups; ++group) {
+        run_group(taken + group, calls, rows + group * LANES * TRACKS, first, end, last,
+                  seen + group * (end - first) * COLUMNS * LANES, sizes + group * 2 * AMOUNTS * LANES,
+                  status + group * LANES);
+    }
 }

@@ -14,8 +14,11 @@ import platform
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from ctypes import CDLL, POINTER, Structure, addressof, c_double, c_int64, c_void_p, create_string_buffer
+from itertools import chain, count
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.native_blocks import HERE, PARTS_INLINED, Part, filled_in, indented, native_parts
@@ -27,12 +30,13 @@ from maglev.files.cache import BLOCK_LOOPS, Kept, keep_here, kept, key_of
 from maglev.files.installed import code
 from maglev.fmi.block_code import c_path
 from maglev.fmi.compiler import FLAGS, library
-from maglev.fmi.definition import FmuDefinition
+from maglev.fmi.definition import FmuDefinition, Variable
 from maglev.fmi.native_build import host_platform, layer_names
 from maglev.language.blocks import METHODS
 from maglev.language.c_text import c_literal
+from maglev.language.constants import Place, assigned, place_of
 from maglev.language.lanes import LanesText, helper_text
-from maglev.language.program import Function, Struct
+from maglev.language.program import Function, functions_of
 from maglev.language.statements import Program
 from maglev.user.blocks import Variables, built_definition
 from maglev.user.source import FmuFile
@@ -79,10 +83,11 @@ def processor_flags() -> frozenset[str]:
 
 
 class Varied(NamedTuple):
-    """Initial differences between runs: start values by full name, and True if their signals differ."""
+    """Differences between runs: start values by full name, and True if their signals, or their beginnings, differ."""
 
     names: frozenset[str]
     signals: bool
+    beginnings: bool = False
 
 
 NOTHING = Varied(frozenset(), False)
@@ -105,35 +110,27 @@ class Transfer(NamedTuple):
 
 
 class LanePart:
-    """An FMU in the loop: its block as a typed program, and the values that differ between lanes."""
+    """An FMU in the loop: its block as a typed program, and the values that differ between lanes.
 
-    def __init__(self, part: Part, own: FmuDefinition):
+    These are all that a method assigns if runs begin at different times.
+    """
+
+    def __init__(self, part: Part, own: FmuDefinition, beginnings: bool):
         self.own, self.part, self.block = own, part, part.block
         program = Program(own.new_block(), (*installed().packages, "maglev.fmi"), layer_names())
         self.layout = program.layout
         self.methods = [program.method(name, types) for name, types in METHODS.items()]
-        self.varying: set[tuple[str, str]] = set()
+        self.varying = {place for function in functions_of(self.methods) for place in assigned(function)} \
+            if beginnings else set[Place]()
         self.text: LanesText | None = None
 
-    def attribute(self, place: str) -> tuple[str, str]:
-        """Struct and member of a place such as "motors[0].i_a"."""
-        kind: Any = self.layout.root
-        owner, name = kind, ""
-        for part in place.split("."):
-            name, *indices = re.findall(r"[^\[\]]+", part)
-            owner, kind = kind, self.layout.fields[kind.name][name]
-            for _ in indices:
-                kind = kind.item
-        assert isinstance(owner, Struct)
-        return owner.name, name
-
     def varies(self, place: str) -> bool:
-        return self.attribute(place) in self.varying
+        return place_of(self.layout, place) in self.varying
 
     def make_vary(self, place: str) -> bool:
         """Note that lanes differ in a place; return True if that is new."""
         new = not self.varies(place)
-        self.varying.add(self.attribute(place))
+        self.varying.add(place_of(self.layout, place))
         return new
 
     def translate(self, width: int) -> LanesText:
@@ -142,7 +139,7 @@ class LanePart:
         return self.text
 
     def path(self, place: str) -> str:
-        return f"all.{self.block}.{c_path(place)}"
+        return f"all->{self.block}.{c_path(place)}"
 
 
 class LaneCode:
@@ -155,6 +152,7 @@ class LaneCode:
         self.places = {name: (where, column) for where, track in enumerate(self.tracks)
                        for column, name in enumerate(track.names)}
         self.rows: set[tuple[int, int]] = set()   # values of outputs that lanes differ in
+        self.used = {(each.track, each.column) for each in chain(*self.transfers) if not each.getting}
         self.parts: dict[int, LanePart] = {}      # by number
 
     def transfers_of(self, call: Call) -> Iterator[Transfer]:
@@ -175,28 +173,33 @@ class LaneCode:
         return ([[(call.what[0].name, each.getting, each.variable.name, each.track, each.column) for each in transfers]
                  or call.what[0].name for call, transfers in zip(self.calls, self.transfers, strict=True)],
                 [(track.names, track.item, track.signals is None) for track in self.tracks],
-                sorted(self.varied.names), self.varied.signals, self.width)
+                sorted(self.varied.names), self.varied[1:], self.width)
 
     def translate(self, own: Mapping[int, FmuDefinition]) -> None:
         """Translate the blocks of FMUs, whose definitions are by identity."""
-        names = {}
         for key, part in self.native.items():
-            self.parts[part.number] = LanePart(part, own[key])
-        for call in self.calls:
-            names[call.what[0].name] = self.native[id(call.what[0])]
+            self.parts[part.number] = LanePart(part, own[key], self.varied.beginnings)
         for full in self.varied.names:
-            name, _, variable = full.partition(".")
-            if name in names:
-                self.parts[names[name].number].make_vary(
-                    next(known.place for known in names[name].variables if known.name == variable))
+            if (found := self.variable(full)) is not None:
+                lane_part, variable = found
+                lane_part.make_vary(variable.place)
         translated: dict[int, int] = {}
         while True:
             for key, lane_part in self.parts.items():
                 if translated.get(key) != len(lane_part.varying):
                     lane_part.translate(self.width)
                     translated[key] = len(lane_part.varying)
-            if not sum(self.carry(each) for transfers in self.transfers for each in transfers):
+            if not sum(map(self.carry, chain(*self.transfers))):
                 break
+
+    def variable(self, full: str) -> tuple[LanePart, Variable] | None:
+        """Return a variable by its full name, with its part; None if there is no such FMU."""
+        name, _, variable = full.partition(".")
+        number = next((self.native[id(call.what[0])].number for call in self.calls if call.what[0].name == name), None)
+        if number is None:
+            return None
+        part = self.parts[number]
+        return part, next(known for known in part.part.variables if known.name == variable)
 
     def carry(self, transfer: Transfer) -> bool:
         """Pass on a difference between lanes; return True if there are more than before."""
@@ -215,7 +218,7 @@ class LaneCode:
         """C of a value of a track: of all lanes, or of one value that they have in common."""
         track = self.tracks[where]
         if track.signals is None:
-            return f"all.row{where}_{column}"
+            return f"all->row{where}_{column}"
         if self.varied.signals:
             return f"lanes_from(row{where}, {column} * points + k)"
         return f"row{where}[{column} * points + k]"
@@ -230,7 +233,8 @@ class LaneCode:
             part = self.parts[native.number]
             value, path = self.value(where, column), part.path(variable.place)
             if getting:
-                yield f"{value} = {path};"
+                if (where, column) in self.used:
+                    yield f"{value} = {path};"
                 continue
             varies = self.row_varies(where, column)
             signals = self.tracks[where].signals is not None
@@ -250,7 +254,7 @@ class LaneCode:
         clone = part.text.roots[-1]
         function: Function = clone.function
         failing = ", &failure" if function.fails else ""
-        call = (f"{clone.name}(&all.{part.block}, calls[{number}].time + (double)k * calls[{number}].time_stride, "
+        call = (f"{clone.name}(&all->{part.block}, calls[{number}].time + (double)k * calls[{number}].time_stride, "
                 f"calls[{number}].size{failing})")
         yield "{"
         if function.fails:
@@ -268,11 +272,12 @@ class LaneCode:
                    f"    refused |= lanes_of_bool(!isfinite({part.path(place)}));")
         yield "}"
 
-    def text(self, seen: Sequence[str], amounts: Sequence[str]) -> str:
+    def text(self, seen: Sequence[str], amounts: Sequence[str], changing: Sequence[str]) -> str:
         """The C file, which writes the variables `seen`, 0 for one without a name, and takes the sizes of `amounts`.
 
-        The blocks must be translated before.
+        Variables that are `changing` can be given other values. The blocks must be translated before.
         """
+        self.used |= {self.places[name] for name in (*seen, *amounts) if name}
         members, load, copy = list[str](), list[str](), list[str]()
         texts = [part.text for part in self.parts.values() if part.text is not None]
         for part, text in zip(self.parts.values(), texts, strict=True):
@@ -282,7 +287,9 @@ class LaneCode:
             load += text.load(f"all->{part.block}", f"(*{part.block})")
             copy += text.copied(f"all->{part.block}")
         for where, track in enumerate(self.tracks):
-            for column in range(len(track.names) if track.signals is None else 0):
+            for column in range(len(track.names)):
+                if track.signals is not None or (where, column) not in self.used:
+                    continue
                 member, given = f"row{where}_{column}", f"((const {c_type(track)} *)rows[{where}])[{column}]"
                 varies = (where, column) in self.rows
                 kind = ("lanes_float" if track.item == 8 else "lanes_int") if varies else (
@@ -300,7 +307,8 @@ class LaneCode:
         ready = (f"!ready(&instances[{part.number}]->state->progress)" for part in self.native.values())
         return filled_in(
             SOURCE, includes="\n".join(f'#include "{part.header}"' for part in self.native.values()),
-            not_ready=" || ".join(ready), width=self.width, columns=len(seen),
+            not_ready=" || ".join(ready), width=self.width, tracks=len(self.tracks), columns=len(seen),
+            amounts=len(amounts), changes=indented(map(self.change, count(), changing), 4),
             members=indented(members, 4), load="\n".join(load), copy=indented(copy, 8),
             lanes="\n".join([helper_text(texts), *(text.structs() + text.functions_text() for text in texts)]),
             see=indented([*(f"lanes_put(seen + {number} * LANES, {self.seen(name)});"
@@ -310,6 +318,14 @@ class LaneCode:
             signals=indented(signals, 4).lstrip(),
             step=indented((line for number in range(len(self.calls)) for line in self.lines(number)), 8))
 
+    def change(self, number: int, full: str) -> str:
+        """C of another value of a variable in which lanes differ."""
+        found = self.variable(full)
+        assert found is not None
+        part, variable = found
+        value = "-(int64_t)(value != 0.0)" if variable.boolean else "value"
+        return f"case {number}: {part.path(variable.place)}[lane] = {value}; break;"
+
     def same(self, member: str, value: str, track: Track) -> str:
         if track.item != 8:
             return f"{member} == {value}"
@@ -318,10 +334,10 @@ class LaneCode:
     def signal_lines(self, where: int) -> Iterator[str]:
         if not self.varied.signals:
             kind = c_type(self.tracks[where])
-            yield f"const {kind} *const row{where} = (const {kind} *)rows[0][{where}];"
+            yield f"const {kind} *const row{where} = (const {kind} *)rows[{where}];"
             return
         yield f"const double *row{where}[LANES];"
-        yield f"LANES_LOOP row{where}[_lane] = rows[_lane][{where}];"
+        yield f"LANES_LOOP row{where}[_lane] = (const double *)rows[_lane * TRACKS + {where}];"
 
     def seen(self, name: str) -> str:
         """C of a variable of all lanes, as numbers."""
@@ -341,17 +357,29 @@ def c_type(track: Track) -> str:
 
 
 class Taken:
-    """Runs in lanes: memory of the C, the status of each run, and rows with the arrays that they point to."""
+    """Runs in groups of lanes: memory of the C, and the status of each run, shape (lanes,).
 
-    def __init__(self, size: int, width: int) -> None:
-        self.memory: Any = create_string_buffer(size + ALIGNED)
+    `rows` are the addresses of the first row of each track, shape (lanes, tracks). `signals`, by number of the track,
+    are those that runs have of their own, shape (lanes, names, points).
+    """
+
+    def __init__(self, loop: "LaneLoop", groups: int):
+        lanes = groups * loop.width
+        self.memory: Any = create_string_buffer(groups * loop.size + ALIGNED)
         self.address = -(-addressof(self.memory) // ALIGNED) * ALIGNED   # as vectors need it
-        self.status = (c_int64 * width)(*[REFUSED] * width)
-        self.rows: list[tuple[Any, list[Any]]] = []
+        self.status = np.full(lanes, REFUSED, np.int64)
+        self.rows = np.empty((lanes, len(loop.tracks)), np.uintp)
+        self.signals: dict[int, Array] = {}
+        for where, track in enumerate(loop.tracks):
+            shared = track.array if track.signals is None else track.signals
+            self.rows[:, where] = shared.ctypes.data
+            if track.signals is not None and loop.apart:
+                own = self.signals[where] = np.zeros((lanes, *track.signals.shape))
+                self.rows[:, where] = own.ctypes.data + np.arange(lanes) * own.strides[0]
 
 
 class LaneLoop:
-    """The function for a wiring that makes runs side by side, as many as it has lanes."""
+    """The function for a wiring that makes runs side by side, as many as it has lanes, or several groups of so many."""
 
     def __init__(self, made: Kept, wiring: Wiring, native: Mapping[int, Part], width: int, apart: bool):
         self.width = width
@@ -365,51 +393,60 @@ class LaneLoop:
             for call in calls))
         library = CDLL(str(made.path.absolute()))
         self.take_in, self.function = library["maglev_lanes_take"], library["maglev_lanes"]
+        self.change_in = library["maglev_lanes_change"]
         self.take_in.restype = c_int64
-        self.take_in.argtypes = [c_void_p, POINTER(c_void_p), POINTER(c_void_p), c_int64]
-        self.function.restype = None
-        self.function.argtypes = [c_void_p, POINTER(Moved), POINTER(c_void_p), c_int64, c_int64, c_int64, c_void_p,
-                                  c_void_p, POINTER(c_int64)]
-        self.size: int = self.take_in(None, None, None, 0)
+        self.take_in.argtypes = [c_void_p, POINTER(c_void_p), c_void_p, c_int64]
+        self.change_in.restype = self.function.restype = None
+        self.change_in.argtypes = [c_void_p, c_int64, c_int64, c_double]
+        self.function.argtypes = [c_void_p, c_int64, POINTER(Moved), c_void_p, c_int64, c_int64, c_int64, c_void_p,
+                                  c_void_p, c_void_p]
+        self.size: int = self.take_in(None, None, None, 0)   # bytes of a group
 
-    def begin(self) -> Taken:
-        """Return memory for runs side by side, without a run."""
-        return Taken(self.size, self.width)
+    def begin(self, groups: int = 1) -> Taken:
+        """Return memory for runs in so many groups of lanes, without a run."""
+        return Taken(self, groups)
 
-    def take(self, taken: Taken) -> int:
-        """Put initialised instances, whose first row is there, into the next lane: DONE, REFUSED or OTHERWISE.
+    def take(self, taken: Taken, lane: int) -> int:
+        """Put initialised instances, whose first row is there, into a lane: DONE, REFUSED or OTHERWISE.
 
-        OTHERWISE if they differ in values that the lanes have in common.
+        OTHERWISE if they differ in values that the lanes of a group have in common. Lane 0 of a group is the first.
         """
-        arrays = [track.array if track.signals is None else track.signals.copy() if self.apart else track.signals
-                  for track in self.tracks]
-        rows = (c_void_p * len(arrays))(*(array.ctypes.data for array in arrays))
-        status: int = self.take_in(taken.address, self.instances, rows, len(taken.rows))
-        if status == DONE:
-            taken.status[len(taken.rows)] = DONE
-            taken.rows.append((rows, arrays))
+        for where, own in taken.signals.items():
+            own[lane] = self.tracks[where].signals
+        group, within = divmod(lane, self.width)
+        status: int = self.take_in(taken.address + group * self.size, self.instances, taken.rows[lane].ctypes.data,
+                                   within)
+        taken.status[lane] = DONE if status == DONE else REFUSED
         return status
 
-    def run(self, taken: Taken, first: int, last: int, seen: Array, sizes: Array) -> None:
-        """Write a row of `seen`, shape (points, columns, lanes), at each communication point from `first`, and step.
+    def change(self, taken: Taken, lane: int, number: int, value: float) -> None:
+        """Give a variable, by its number among the changing ones, another value in a lane."""
+        group, within = divmod(lane, self.width)
+        self.change_in(taken.address + group * self.size, within, number, value)
 
-        Update sums and largest sizes of amounts in `sizes`, shape (amounts, 2, lanes). `last` is the last point of all.
-        The status of a run that an FMU would refuse is then REFUSED.
+    def run(self, taken: Taken, first: int, last: int, seen: Array, sizes: Array, group: int = 0) -> None:
+        """Write a row of `seen`, shape (groups, points, columns, lanes), at each point from `first`, and step.
+
+        Groups are those from number `group` on. Update sums and largest sizes of amounts in `sizes`, shape (groups,
+        amounts, 2, lanes). `last` is the last point of all. A run that an FMU would refuse has the status REFUSED.
         """
-        assert seen.flags.c_contiguous and sizes.flags.c_contiguous and seen.shape[-1] == self.width == sizes.shape[-1]
-        lanes = [addressof(taken.rows[min(lane, len(taken.rows) - 1)][0]) for lane in range(self.width)]
-        self.function(taken.address, self.moved, (c_void_p * self.width)(*lanes), first, first + len(seen), last,
-                      seen.ctypes.data, sizes.ctypes.data, taken.status)
+        groups, points, _, width = seen.shape
+        assert seen.flags.c_contiguous and sizes.flags.c_contiguous and width == self.width == sizes.shape[-1]
+        lane = group * width
+        self.function(taken.address + group * self.size, groups, self.moved, taken.rows[lane:].ctypes.data, first,
+                      first + points, last, seen.ctypes.data, sizes.ctypes.data, taken.status[lane:].ctypes.data)
 
 
 def lane_loop(wiring: Wiring, seen: Sequence[str], amounts: Sequence[str], varied: Varied | None = None,
-              build: bool = False, written: Mapping[str, Variables] | None = None) -> LaneLoop | None:
+              build: bool = False, written: Mapping[str, Variables] | None = None,
+              changing: Sequence[str] = ()) -> LaneLoop | None:
     """Return the loop for a wiring, or None if it cannot run in lanes; `build` compiles a loop that is not yet
     compiled.
 
     The loop has one lane if nothing varies. It writes the values of the recorded variables `seen`, 0 for an empty name,
-    and adds up the sizes of the `amounts`. It needs native FMUs that this installation builds, or `written` ones by
-    name that this process has built, with steps of one length and without clocks. Signals that vary must be numbers.
+    and adds up the sizes of the `amounts`. Those of `varied` that are `changing` can be given other values. It needs
+    native FMUs that this installation builds, or `written` ones by name that this process has built, with steps of one
+    length and without clocks. Signals that vary must be numbers.
     ExportError from the compiler; OSError if the result cannot be kept.
     """
     fmus = {id(call.what[0]): call.what[0] for call in wiring.phases[0]}
@@ -424,8 +461,8 @@ def lane_loop(wiring: Wiring, seen: Sequence[str], amounts: Sequence[str], varie
     if not {*seen, *amounts} - {""} <= {*text.places}:
         return None
     sha256s = [sha256 for fmu in fmus.values() for _, sha256 in fmu.source.digests()]
-    place = key_of(BLOCK_LOOPS, sorted(files.items()), sha256s, text.form,
-                   [*seen], [*amounts], SOURCE.read_text(encoding="utf-8"), FLAGS, host, code())
+    place = key_of(BLOCK_LOOPS, sorted(files.items()), sha256s, text.form, [*seen], [*amounts], [*changing],
+                   SOURCE.read_text(encoding="utf-8"), FLAGS, host, code())
     name = f"maglev_lanes_{vectors.processor}{host.ending}"
     path = kept(place, name)
     if path is None and build:
@@ -433,7 +470,8 @@ def lane_loop(wiring: Wiring, seen: Sequence[str], amounts: Sequence[str], varie
         if len(known) < len(fmus):
             return None
         text.translate(known)
-        path = keep_here(place, name, library({**files, LOOP_FILE: text.text(seen, amounts)}, Path(name).stem, host))
+        loop = text.text(seen, amounts, changing)
+        path = keep_here(place, name, library({**files, LOOP_FILE: loop}, Path(name).stem, host))
     return None if path is None else LaneLoop(path, wiring, parts, vectors.width, apart)
 
 

@@ -10,21 +10,15 @@ from pathlib import Path
 from string import Template
 from typing import NamedTuple
 
-from fmpy import sharedLibraryExtension
-
 from maglev.cosim.fmu import Fmu
 from maglev.descriptions.own_fmus import definition, files_in, own_build
-from maglev.files.cache import BLOCK_LOOPS, Kept, digest_at, keep_here, kept, key_of
+from maglev.files.cache import digest_at
 from maglev.fmi.block_code import BLOCK, prefixed
-from maglev.fmi.compiler import FLAGS, library
-from maglev.fmi.definition import Variable
-from maglev.fmi.native_build import PREFIX, SOURCES, host_platform
-from maglev.language.c_text import c_literal
+from maglev.fmi.native_build import PREFIX, SOURCES
 from maglev.user.blocks import Variables
 from maglev.user.source import FmuFile
 
 HERE = Path(__file__).parent   # with the C around the blocks
-LIBRARY = f"maglev_blocks{sharedLibraryExtension}"
 # Parts of blocks become part of their callers up to this size; an FMU's step takes no longer without it.
 PARTS_INLINED = ("-mllvm", "-inline-threshold=1000")
 EXPORT_FILE = "export.h"
@@ -50,22 +44,6 @@ class Part(NamedTuple):
     @property
     def type(self) -> str:
         return f"{self.block}_Block"
-
-    @property
-    def step(self) -> str:
-        """Name of the function that steps it."""
-        return f"{self.block}_step_block"
-
-
-def compile_blocks(sources: Mapping[str, str]) -> Kept:
-    """Library of C files by name, compiled now if it was not before.
-
-    ExportError from the compiler; OSError if the result cannot be kept.
-    """
-    platform, = host_platform().values()
-    platform = platform._replace(flags=(*platform.flags, *PARTS_INLINED))
-    place = key_of(BLOCK_LOOPS, sorted(sources.items()), FLAGS, platform)
-    return kept(place, LIBRARY) or keep_here(place, LIBRARY, library(sources, Path(LIBRARY).stem, platform))
 
 
 def native_parts(fmus: Iterable[Fmu], written: Mapping[str, Variables] | None = None
@@ -98,12 +76,6 @@ def block_files(path: Path, _sha256: str) -> tuple[str, dict[str, str]]:
     carried = {name.removeprefix(SOURCES): data.decode("utf-8") for name, data in files_in(path).items()
                if name.startswith(SOURCES)}
     return carried[BLOCK], {name: carried[name] for name in INSTANCE}
-
-
-def out_of_range(variable: Variable, value: str) -> str:
-    """C of whether a variable cannot be set to a value, as set_reals of variables.c has it."""
-    low, high = map(c_literal, variable.settable)
-    return f"!({value} >= {low} && {value} <= {high})"
 
 
 def filled_in(file: Path, **what: object) -> str:

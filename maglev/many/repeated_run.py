@@ -159,7 +159,7 @@ class RepeatedRun:
                 continue
             assert self.loop is not None
             taken = taken or self.loop.begin()
-            if self.loop.take(taken) == DONE:
+            if self.loop.take(taken, len(lanes)) == DONE:
                 lanes.append((number, self.metering(), self.resistances(changes)))
         if taken is not None and lanes:
             of_meters = {meter: [lane for lane, own in enumerate(lanes) if own[1] is meter] for _, meter, _ in lanes}
@@ -186,8 +186,8 @@ class RepeatedRun:
                 raise KeyboardInterrupt
             rows[0] = rows[-1]
             rows = rows[:1 + points - first]
-            self.loop.run(taken, first, points - 1, rows[1:], sizes)
-            if DONE not in [*taken.status]:
+            self.loop.run(taken, first, points - 1, rows[np.newaxis, 1:], sizes[np.newaxis])
+            if DONE not in taken.status:
                 break
             for meter, own in of_meters.items():
                 meter.take(first, rows if len(own) == self.loop.width else np.ascontiguousarray(rows[..., own]))

@@ -1,8 +1,7 @@
-"""Many stages as one Gymnasium vector environment: their blocks lie side by side, and one C function steps them."""
+"""Many stages as one Gymnasium vector environment: their blocks are in lanes, which one C function steps."""
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from ctypes import CDLL, POINTER, Structure, addressof, c_double, c_int64, c_void_p
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +11,12 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from maglev.cosim.native_blocks import Part, compile_blocks, filled_in, indented, native_parts, out_of_range
+from maglev.cosim.lane_loop import DONE, Varied, lane_loop
+from maglev.cosim.wiring import Wiring, wire
 from maglev.files.arrays import Array
 from maglev.files.errors import FmuError, ScenarioError, shortened
 from maglev.files.side_by_side import processors
 from maglev.files.units import whole_number
-from maglev.fmi.block_code import c_path
-from maglev.fmi.definition import Variable
 from maglev.many.compiled_stage import CompiledStage
 from maglev.many.environment import Due, StageEnv, positions
 from maglev.many.reward import Seen
@@ -26,67 +24,37 @@ from maglev.many.reward import Seen
 FEWEST = 32   # environments for which a thread is worth its start
 NEVER = np.iinfo(np.int64).max
 
-SOURCE = Path(__file__).with_name("stages.c")
 
+def wiring_of(stage: CompiledStage, points: int) -> tuple[Wiring, list[str]]:
+    """Return the FMUs of a stage as a co-simulation over so many communication points, and what is read of it.
 
-class Batch(Structure):
-    """The struct batch."""
-
-    _fields_ = (("stages", c_void_p), ("rows", c_void_p), ("width", c_int64), ("made", c_void_p),
-                ("step", c_double), ("samples", c_int64), ("refused", c_void_p), ("at_stop", c_void_p),
-                ("changes", c_void_p), ("changing", c_int64))
-
-
-Change = np.dtype([("stage", np.int64), ("what", np.int64), ("value", np.float64)])   # the struct change
-
-
-def stage_sources(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """Return C files by name, with the changeable inputs by part and name; FmuError for an FMU of another installation.
+    These are the flag of the stops, the positions, the delivered currents, and the encoders.
     """
-    collected = native_parts(stage.parts.values())
-    if collected is None:
-        raise FmuError("expected native FMUs of this installation")
-    files, by_fmu = collected
-    parts: dict[str, Part] = {name: by_fmu[id(fmu)] for name, fmu in stage.parts.items()}
-
-    def variable(part: str, name: str) -> Variable:
-        return next(known for known in parts[part].variables if known.name == name)
-
-    def value(part: str, name: str) -> str:
-        return f"stage->{part}.{c_path(variable(part, name).place)}"
-
-    lines, wrong = [], ["false"]
+    fmus = {fmu.name: fmu for part in dict.fromkeys(each.part for each in stage.exchanges)
+            for fmu in [stage.parts[part]]}
+    row: dict[int, str] = {}   # source of each number of the row
+    connections: list[tuple[str, str]] = []
+    drives: dict[str, Array] = {}
     for verb, part, names, where in stage.exchanges:
-        if verb == "step":
-            time = "(double)(k + 1) * step" if where == "end" else "time"
-            lines.append(f"wrong = wrong || {parts[part].step}(&stage->{part}, {time}, step) != 0;")
-        for i, name in enumerate(names):
-            other = value(where, name) if isinstance(where, str) else f"row[{where + i}]"
-            if verb == "Get":
-                lines.append(f"{other} = {value(part, name)};")
-                continue
-            lines.append(f"{value(part, name)} = {other};")
-            if isinstance(where, int) and where + i < stage.commands.size:
-                wrong.append(out_of_range(variable(part, name), other))
-    blocks = {name: part.type for name, part in parts.items()}
-    made = {
-        "includes": "\n".join(f'#include "{part.header}"' for part in parts.values()),
-        "members": "\n    ".join(f"{block} {name};" for name, block in blocks.items()),
-        "take": "\n    ".join(f"stage->{name} = *(const {blocks[name]} *)instances[{part.number}]->state->block;"
-                              for name, part in parts.items()),
-        "changes": "\n        ".join(
-            f"case {k}: {value(*place)} = value{' != 0' if variable(*place).boolean else ''}; break;"
-            for k, place in enumerate(changing)),
-        "wrong": " || ".join(wrong), "step": indented(lines, 8), "at_stop": value("plant", "at_stop")}
-    return {**files, "stages.c": filled_in(SOURCE, **made)}
+        if verb == "Get" and isinstance(where, int):
+            row |= {where + i: f"{stage.parts[part].name}.{name}" for i, name in enumerate(names)}
+    for verb, part, names, where in stage.exchanges:
+        for i, name in enumerate(names if verb == "Set" else ()):
+            target = f"{stage.parts[part].name}.{name}"
+            source = f"{stage.parts[where].name}.{name}" if isinstance(where, str) else row.get(where + i)
+            if source is None:
+                drives[target] = np.zeros(points)
+            else:
+                connections.append((source, target))
+    read = [row[i] for i in range(stage.ends[1], stage.ends[4])]
+    return wire(fmus, connections, drives, points, stage.step.value), [f"{stage.plant.name}.at_stop", *read]
 
 
 class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
     """Environments like `StageEnv`, with its options, side by side: the same episodes, bit for bit, in one step.
 
     Environment i has the seed `seed + i`, as in Gymnasium's own vectors. One that is done begins again in the next
-    step,
-    whose action it ignores (`AutoresetMode.NEXT_STEP`).
+    step, whose action it ignores (`AutoresetMode.NEXT_STEP`).
 
     Parameters
     ----------
@@ -112,28 +80,36 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.single_observation_space: gymnasium.Space[Any] = self.one.observation_space
         self.action_space = batch_space(self.one.action_space, num_envs)
         self.observation_space = batch_space(self.one.observation_space, num_envs)
-        compiled = self.one.compiled
-        changing = [*self.one.changing()]
-        self.number_of = {place: number for number, place in enumerate(changing)}
-        self.c = CDLL(str(compile_blocks(stage_sources(compiled, changing)).path.absolute()))
-        self.c.maglev_stage_size.restype = c_int64
-        self.c.maglev_take.argtypes = [POINTER(c_void_p), c_void_p]
-        self.c.maglev_advance.argtypes = [c_void_p, c_int64, c_int64]
-        self.c.maglev_change.argtypes = [c_void_p]
-        self.instances = (c_void_p * len(compiled.parts))(*(fmu.handle() for fmu in compiled.parts.values()))
-        axes = len(self.one.stage.axes)
-        self.size = int(self.c.maglev_stage_size()) // 8
-        points = {"table": 0, "setpoints": self.one.references.most}.get(self.one.references.kind, 1)   # of each
-        self.blocks = np.zeros((num_envs, self.size), np.int64)   # aligned as doubles are
-        self.rows = np.zeros((num_envs, compiled.row.size))
-        (self.commands, _, self.positions, self.currents, self.encoders, self.velocities,
-         self.references) = np.split(self.rows, compiled.ends, axis=1)
-        self.observations = self.rows[:, compiled.ends[3]:]
-        self.made, self.refused, self.at_stop = (np.zeros(num_envs, np.int64) for _ in range(3))
-        self.filtered = np.zeros((num_envs, axes))    # positions, of the velocity observers
+        one, compiled = self.one, self.one.compiled
+        self.wiring, read = wiring_of(compiled, one.samples + 1)
+        changing = {f"{compiled.parts[part].name}.{name}": (part, name) for part, name in one.changing()}
+        self.number_of = {place: number for number, place in enumerate(changing.values())}
+        given = {"plant": one.parameters, "measurement": one.measurement}
+        varied = {f"{fmu.name}.{name}" for part, fmu in compiled.parts.items() if part in given
+                  for name in given[part].known}
+        loop = lane_loop(self.wiring, read, (), Varied(frozenset(varied), True, True), build=True,
+                         changing=[*changing])
+        if loop is None:
+            raise FmuError("expected native FMUs of this installation")
+        self.loop = loop
+        groups = -(-num_envs // loop.width)
+        self.taken = loop.begin(groups)
+        self.seen = np.zeros((groups, one.samples + 1, len(read), loop.width))
+        self.sizes = np.zeros((groups, 0, 2, loop.width))
+        self.commands, = self.taken.signals.values()   # shape (lanes, currents, points)
+        # Of each environment, by rows: what is read, velocities, references.
+        axes = len(one.stage.axes)
+        self.rows = np.zeros((len(read) + 2 * axes, num_envs))
+        self.read = self.rows[:len(read)]
+        ends = np.cumsum([1, axes, len(compiled.currents), len(compiled.encoders), axes])
+        (self.at_stop,), self.positions, self.currents, self.encoders, self.velocities, self.references = np.split(
+            self.rows, ends)
+        self.observed = self.rows[ends[2]:]
+        points = {"table": 0, "setpoints": one.references.most}.get(one.references.kind, 1)   # of each
+        self.filtered = np.zeros((axes, num_envs))    # positions, of the velocity observers
         # Those of a table are one for all.
-        self.points = np.zeros((num_envs, points, axes)) if points else self.one.references.given
-        self.amplitudes = np.zeros((num_envs, axes))
+        self.points = np.zeros((axes, num_envs, points)) if points else one.references.given.T
+        self.amplitudes = np.zeros((axes, num_envs))
         self.everyone = np.arange(num_envs)
         self.clipped = np.zeros(num_envs, bool)       # whose observations are within the space by force
         self.sample = np.zeros(num_envs, np.int64)    # of the environment
@@ -141,11 +117,8 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.due: list[list[Due]] = [[] for _ in range(num_envs)]
         self.next_due = np.full(num_envs, NEVER)      # samples at which something changes
         self.generators: list[np.random.Generator | None] = [None] * num_envs
-        self.batch = Batch(
-            self.blocks.ctypes.data, self.rows.ctypes.data, compiled.row.size, self.made.ctypes.data,
-            self.one.stage.sample_time, self.one.samples, self.refused.ctypes.data, self.at_stop.ctypes.data)
         count = max(1, min(processors(threads, "threads"), num_envs // FEWEST))
-        self.shares = [(num_envs * i // count, num_envs * (i + 1) // count) for i in range(count)]
+        self.shares = [slice(groups * i // count, groups * (i + 1) // count) for i in range(count)]
         self.pool = ThreadPoolExecutor(count) if count > 1 else None
 
     def reset(self, *, seed: int | Sequence[int | None] | None = None,
@@ -161,8 +134,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         others = {**(options or {})}
         chosen = self.chosen(others.pop("reset_mask")) if "reset_mask" in others else range(self.num_envs)
         begun = self.begin({i: seeds[i] for i in chosen}, others)
-        return np.where(self.clipped[:, None], np.clip(self.observations, self.one.lowest, self.one.highest),
-                        self.observations), self.told(begun)
+        return self.observations(), self.told(begun)
 
     def chosen(self, mask: Any) -> list[int]:
         """Environments of a mask."""
@@ -178,44 +150,38 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
               options: dict[str, Any] | None = None) -> dict[int, dict[str, Any]]:
         """Begin an episode of environments, by number; return the `StageEnv.reset` infos of each."""
         one, infos = self.one, {}
-        blocks = np.empty((len(seeds), self.size), np.int64)
-        starts: list[tuple[Array, ...]] = []
-        for k, (i, seed) in enumerate(seeds.items()):
+        row = one.compiled.row
+        _, _, positions, currents, encoders, velocities, references = np.split(row, one.compiled.ends)
+        for i, seed in seeds.items():
             if seed is None:
                 one.np_random = self.generators[i] or np.random.default_rng()   # continues
             _, infos[i] = one.reset(seed=seed, options=options)
             self.generators[i] = one.np_random
-            self.c.maglev_take(self.instances, blocks[k].ctypes.data)
-            points, amplitudes = one.episode
-            starts.append((one.compiled.row.copy(), np.array([observer.position for observer in one.observers]),
-                           amplitudes, points))
+            for call in self.wiring.initial:
+                call.at(0)
+            status = self.loop.take(self.taken, i)
+            assert status == DONE, "lanes differ in all that can differ"
+            points, self.amplitudes[:, i] = one.episode
+            if self.points.ndim == 3:
+                self.points[:, i] = points.T
+            self.rows[:, i] = np.concatenate([[0.0], positions, currents, encoders, velocities, references])
+            self.filtered[:, i] = [observer.position for observer in one.observers]
             self.due[i] = [*one.due]
             self.next_due[i] = self.due[i][-1].sample if self.due[i] else NEVER
         numbers = [*seeds]
-        arrays = [self.rows, self.filtered, self.amplitudes]
-        if self.points.ndim == 3:
-            arrays.append(self.points)
-        for array, given in zip((self.blocks, *arrays), (blocks, *map(np.array, zip(*starts, strict=True))),
-                                strict=False):
-            array[numbers] = given
-        self.made[numbers] = self.sample[numbers] = 0
+        self.sample[numbers] = 0
         self.clipped[numbers] = False
         self.over[numbers] = False
         return infos
 
     def change(self) -> None:
         """Make the changes that are due."""
-        made = []
         for i in np.flatnonzero(self.next_due <= self.sample).tolist():
             due = self.due[i]
             while due and due[-1].sample <= self.sample[i]:
                 _, part, name, value = due.pop()
-                made.append((i, self.number_of[part, name], value))
+                self.loop.change(self.taken, i, self.number_of[part, name], value)
             self.next_due[i] = due[-1].sample if due else NEVER
-        if made:
-            changes = np.array(made, Change)
-            self.batch.changes, self.batch.changing = changes.ctypes.data, len(made)
-            self.c.maglev_change(addressof(self.batch))
 
     def step(self, actions: Array) -> tuple[Array, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any],
                                             dict[str, Any]]:
@@ -224,37 +190,32 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         if self.generators[0] is None:
             raise gymnasium.error.ResetNeeded("step() before reset(), expected an episode to have begun")
         actions = np.asarray(actions, np.float64)
-        if actions.shape != self.commands.shape:
-            raise ScenarioError(f"actions of shape {actions.shape}, expected {self.commands.shape}: for each "
+        if actions.shape != self.action_space.shape:
+            raise ScenarioError(f"actions of shape {actions.shape}, expected {self.action_space.shape}: for each "
                                 "environment the currents (A) of the action space")
         begun = np.flatnonzero(self.over)
-        self.commands[:] = actions
+        for k in range(one.samples):
+            self.commands[:self.num_envs, :, k] = actions
         self.change()
-        self.advance()
-        refused, at_stop = self.refused != 0, self.at_stop != 0
-        self.sample += ~refused
+        taken = self.advance()
+        refused, crashed = ~taken, taken & (self.at_stop != 0.0)
+        self.sample += taken
         sample = np.minimum(self.sample, one.last)
         which, wave = one.references.which[sample], one.references.wave[sample]
-        points = self.points[which] if self.points.ndim == 2 else self.points[self.everyone, which]
-        taken = ~refused
-        self.references[:] = np.where(taken[:, None], points + wave[:, None] * self.amplitudes, self.references)
+        points = self.points[:, which] if self.points.ndim == 2 else self.points[:, self.everyone, which]
+        np.copyto(self.references, points + wave * self.amplitudes, where=taken)
         self.observe(taken)
-        observations = self.observations.copy()
-        crashed = at_stop & ~refused
-        reward, terms = one.reward.of(Seen(self.positions.T, self.references.T, self.velocities.T, self.currents.T,
-                                           crashed))
+        reward, terms = one.reward.of(Seen(self.positions, self.references, self.velocities, self.currents, crashed))
         rewards = np.where(taken, reward, 0.0)
         self.clipped[:] = crashed if one.compiled.measurement is None else taken
-        if one.compiled.measurement is not None or crashed.any():
-            observations = np.where(self.clipped[:, None], np.clip(observations, one.lowest, one.highest),
-                                    observations)
-        terminated, truncated = crashed | refused, ~crashed & ~refused & (self.sample >= one.last)
+        observations = self.observations()
+        terminated, truncated = crashed | refused, ~crashed & taken & (self.sample >= one.last)
         infos: dict[int, dict[str, Any]] = {int(i): {"refused": self.why(actions[i])} for i in
                                             np.flatnonzero(refused & ~self.over).tolist()}
-        going = ~refused
+        going = taken
         if len(begun):
             infos |= self.begin(dict.fromkeys(begun.tolist()))
-            observations[begun], rewards[begun] = self.observations[begun], 0.0
+            observations[begun], rewards[begun] = self.observed[:, begun].T, 0.0
             terminated[begun] = truncated[begun] = going[begun] = False
         self.over = terminated | truncated
         told = self.told(infos)
@@ -263,23 +224,32 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
                 told |= {name: np.where(going, values, 0.0), f"_{name}": going.copy()}
         return observations, rewards, terminated, truncated, told
 
-    def advance(self) -> None:
-        """Step all stages, those that are over as well: they begin again."""
-        def share(ends: tuple[int, int]) -> None:
-            self.c.maglev_advance(addressof(self.batch), *ends)
+    def advance(self) -> npt.NDArray[np.bool_]:
+        """Step all stages, those that are over as well: they begin again. Return True for each that was not refused."""
+        def share(groups: slice) -> None:
+            self.loop.run(self.taken, 0, self.one.samples, self.seen[groups], self.sizes[groups], groups.start)
 
         for _ in map(share, self.shares) if self.pool is None else self.pool.map(share, self.shares):
             pass
+        taken: npt.NDArray[np.bool_] = self.taken.status[:self.num_envs] == DONE
+        read = self.seen[:, -1].swapaxes(0, 1).reshape(len(self.read), -1)[:, :self.num_envs]
+        np.copyto(self.read, read, where=taken)
+        return taken
+
+    def observations(self) -> Array:
+        """Return encoders, velocities and references, shape (num_envs, …), within the space where they are clipped."""
+        observed = self.observed.T.copy()
+        if self.clipped.any():
+            return np.where(self.clipped[:, None], np.clip(observed, self.one.lowest, self.one.highest), observed)
+        return observed
 
     def observe(self, chosen: Any) -> None:
         """Velocities of the chosen environments, as `VelocityObserver` has them."""
-        one = self.one
-        shares = one.observer_filter
-        for k, of_axis in enumerate(positions(one.measuring, self.encoders.T)):
-            change = shares.share1 * (of_axis - self.filtered[:, k])
-            velocity = self.velocities[:, k]
-            self.filtered[:, k] = np.where(chosen, self.filtered[:, k] + change, self.filtered[:, k])
-            velocity[:] = np.where(chosen, velocity + shares.share2 * (change / one.sample_time - velocity), velocity)
+        shares, sample_time = self.one.observer_filter, self.one.sample_time
+        change = shares.share1 * (np.array(positions(self.one.measuring, self.encoders)) - self.filtered)
+        np.add(self.filtered, change, out=self.filtered, where=chosen)
+        velocities = self.velocities + shares.share2 * (change / sample_time - self.velocities)
+        np.copyto(self.velocities, velocities, where=chosen)
 
     def why(self, action: Array) -> str:
         """Return the message of an FMU that failed on an action."""
