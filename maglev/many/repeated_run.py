@@ -179,9 +179,10 @@ class RepeatedRun:
         """
         assert self.loop is not None and self.measuring is not None
         points = len(self.measuring.time)
-        rows = np.zeros((1 + min(CHUNK, points), len(self.measuring.names), self.loop.width))
+        chunk = CHUNK // self.loop.width
+        rows = np.zeros((1 + min(chunk, points), len(self.measuring.names), self.loop.width))
         sizes = np.zeros((len(self.measuring.amounts), 2, self.loop.width))
-        for first in range(0, points, CHUNK):
+        for first in range(0, points, chunk):
             if self.ended.value:
                 raise KeyboardInterrupt
             rows[0] = rows[-1]

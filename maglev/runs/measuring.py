@@ -35,7 +35,7 @@ from plant_fmu.winding import COPPER
 STEADY_SHARE = 0.1      # of a window, at its end
 TRANSIENT = 1.1         # times the steady peak of the tracking error; a larger error belongs to the transient
 TIME_TOLERANCE = 1e-9   # s
-CHUNK = 1000            # samples, which stay in the processor's cache
+CHUNK = 8000            # samples of all runs together, which stay in the processor's cache
 
 # Of many runs, numbers are arrays, shape (runs,).
 currents_of: Callable[..., MotorCurrents] = MotorCurrents

@@ -94,7 +94,7 @@ def test_chunks_do_not_matter(monkeypatch):
     columns = hold(**noise, tripped=(TIME >= 6.2).astype(float), **{
         "controller.y.reference": reference, "plant.y.position": reference + 1e-3 * rng.normal(size=len(TIME))})
     found = set()
-    for chunk in (CHUNK, 1, 377, len(TIME) + 1):
+    for chunk in (CHUNK, 1, 377, 1000, len(TIME) + 1):
         monkeypatch.setattr(measuring, "CHUNK", chunk)
         found.add(repr(run_metrics(pushed, TIME, columns, {"alpha": 2.0})))
     assert len(found) == 1
