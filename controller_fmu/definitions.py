@@ -18,7 +18,7 @@ from pmlsm.variables import RATIOS, bad_geometry, motor_geometry
 LAWS = {NONLINEAR: ("nonlinear", "Regulator", "on the feedback-linearised motors"),
         LINEAR: ("linear", "LinearRegulator", "on the motors linearised about a setpoint"),
         SCHEDULED: ("scheduled", "ScheduledRegulator",
-                    "on the motors linearised about four setpoints, of which the measured gap chooses"),
+                    "on the motors linearised about one of four setpoints, which the measured gap selects"),
         INTERPOLATED: ("interpolated", "InterpolatedRegulator",
                        "on the motors linearised at the measured gap, with the equilibrium current fed forward")}
 

@@ -29,8 +29,8 @@ def demanded_current(demand: float, by_quadrature: float, attraction: float, coi
     by_quadrature : float
         Reduction by the quadrature currents, iron f4 Σ i_q², m/s².
     attraction, coils, iron : float
-        C2, C3, C4 of the 2-DOF model, m/(s² T²), m/(s² A T), m/(s² A²); 4 C3, 4 C4, 4 C5 of the 3-DOF model with
-        one direct current in both pairs.
+        C2, C3, C4 of the 2-DOF model, m/(s² T²), m/(s² A T), m/(s² A²); with one direct current in both pairs 4 C3, 4
+        C4, 4 C5 of the 3-DOF model.
     f2, f3, f4 : float
         Shape functions at the air gap.
 

@@ -36,7 +36,7 @@ class PID(Sampled):
     """Samples positions and references, commands phase currents that hold until the next sample.
 
     All motors get the direct current of the vertical axis. Where the platform tilts, that axis and the tilts follow
-    from the gaps at the motors, and the PIDs of the tilts command how the current changes over the platform, in A/m.
+    from the gaps at the motors. The PIDs of the tilts command the slope of the current over the platform, in A/m.
     Motors that are unlike get the currents that make the forces which they would make in the others.
     """
 

@@ -10,8 +10,8 @@ from pmlsm.motor_geometry import MotorGeometry
 class VerticalLaw:
     """Knows the vertical row of the controller's model, and the thrust function that goes with it.
 
-    A NONLINEAR law solves the row at the measured gap (4.12), (5.7); the others take it as linear (section 4.6.1),
-    an INTERPOLATED one about the equilibrium at the measured gap, whose current it feeds forward.
+    A NONLINEAR law solves the row at the measured gap (4.12), (5.7). The others linearise it (section 4.6.1); an
+    INTERPOLATED law about the equilibrium at the measured gap, whose current it feeds forward.
     """
 
     def __init__(self, law: int):

@@ -18,8 +18,8 @@ class Axis:
     an integration step: the classical fourth-order Runge–Kutta method. Nominal masses are the thesis's, everything
     else is assumed.
 
-    The constants of the motors, ripple and roughness are accelerations at the nominal mass: their forces stay as they
-    are with another mass, such as under a payload, and their accelerations are multiplied by `mass_ratio`.
+    The constants of the motors, ripple and roughness are accelerations at the nominal mass. With another mass, such as
+    under a payload, their forces do not change, and their accelerations are multiplied by `mass_ratio`.
 
     Positions are against the floor that stops, guides and stators stand on. Where the floor shakes, its acceleration
     acts on every part of the mover the other way round.

@@ -33,8 +33,8 @@ class AmplifierRating:
     def prepare(self, dt: float) -> None:
         """Compute the exact decays over an integration step dt (s).
 
-        The middle one is such that Simpson's rule, by which Runge–Kutta takes in a current that changes during the
-        step, gives the exact mean current: the lag may be shorter than the step.
+        The middle one is such that Simpson's rule gives the exact mean current: Runge–Kutta takes in a changing current
+        by this rule, and the lag may be shorter than the step.
         """
         if dt != self.prepared_step:
             self.prepared_step = dt

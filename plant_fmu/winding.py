@@ -11,8 +11,8 @@ class Winding:
     """Three phases with u = R i + L di/dt + e, |u| ≤ the bus voltage; e is induced by the motion.
 
     The amplifier demands (i* − i)/lag of di/dt, and gets what the voltage allows: without a limit, or where there is
-    voltage enough, that is the lag exactly. Assumed: R and L (their estimates are in docs/model.md), one L for all
-    three phases and any air gap, no mutual inductance, amplifiers that know e, and one temperature of all phases.
+    voltage enough, that is the lag exactly. Assumed: R and L (estimated in docs/model.md), one L for all three phases
+    and any air gap, no mutual inductance, amplifiers that know e, and equal temperatures of all phases.
     """
 
     def __init__(self, resistance: float, inductance: float):
@@ -52,8 +52,8 @@ class Winding:
                dt: float) -> tuple[float, float]:
         """Follow a target with a limited voltage.
 
-        di/dt = (i* − i)/T within (±V − e − R i)/L, solved exactly with e constant: i goes one way, along exponentials
-        of the time constants T and L/R, between which it changes at most twice.
+        di/dt = (i* − i)/T within (±V − e − R i)/L, solved exactly with constant e. i moves in one direction, along
+        exponentials of the time constants T and L/R, between which it changes at most twice.
 
         Parameters
         ----------

@@ -2,7 +2,7 @@
 
 Reduction by multiples of π/2 in parts (W. J. Cody and W. Waite, *Software Manual for the Elementary Functions*, 1980),
 then minimax polynomials on ±π/4, of turns on ±π/2. Two parts of π/2 are enough for angles of 1024 quarter turns that
-are not close to a multiple; the others get seven, whose products with a whole number of 29 bits are exact.
+are not close to a multiple. The others need seven, whose products with a whole number of 29 bits are exact.
 """
 
 from math import nan

@@ -13,8 +13,8 @@ b = β (i − i°) and the integral I by w = β (I + i* − i°). The loop is ex
 
 with μ = γ/β, where g'' = γ (i − i°) by the secant of the plant's row, and σ = β (i*' − i°'). In a cell of the table
 i*' and β' are constants. Intervals bound μ, σ and the rest for any gap in the cell and any current within the limit.
-V = xᵀ P(g) x, with P linear between the gaps of the table, decreases on the whole table if it decreases at the corners,
-because the inequality is linear in each of them. Clarabel finds P; `verify` believes none of it and works in rationals.
+V = xᵀ P(g) x, with P linear between the gaps of the table, decreases on the whole table if it decreases at the corners:
+the inequality is linear in each corner. Clarabel finds P; `verify` believes none of it and works in rationals.
 """
 
 import argparse

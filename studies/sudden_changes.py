@@ -3,8 +3,8 @@
     python -m studies.sudden_changes [--changes field payload] [--cells 13] [--jobs 2] [--out results] [--picture FILE]
 
 It draws docs/sudden_changes.png, each map of a grid of cells by cells runs, and prints a table of them. A run takes
-some 0.05 s of a processor: with 13 cells all of them take three minutes of one, with 100 cells, which are 10,000
-runs of each change under each law, three hours. Maps are kept in `results` as they are done, and taken from there.
+some 0.05 s of a processor. With 13 cells all runs take three minutes; with 100 cells, which are 10,000 runs of each
+change under each law, they take three hours. Maps are kept in `results` as they are done, and taken from there.
 """
 
 import argparse

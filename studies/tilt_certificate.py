@@ -4,9 +4,9 @@
     python -m studies.tilt_certificate --groups 40      # of random runs, in search of one that is lost
 
 Without tilt all four motors are at the gap g with one current i, and y is the loop of the 3-DOF stage, which
-`gap_certificate` certifies. A small tilt φ changes the gap at two opposite motors by ∓l φ, their currents by ∓δi. Let
-R(g, i) be the plant's row of y, κ = l My/(2 I), b = κ β δi, w the integral's part of a tilt's demand, and n the demand
-of y. To first order, whatever y does, the loop of a tilt is
+`gap_certificate` certifies. A small tilt φ changes the gap at two opposite motors by ∓l φ, their currents by ∓δi. R(g,
+i) is the plant's row of y, κ = l My/(2 I), b = κ β δi. w is the integral's part of a tilt's demand, and n the demand of
+y. To first order, whatever y does, the loop of a tilt is
 
     φ' = v                      b' = ((k1 + η) φ + k2 v̂ + k4 ξ2 + k5 ξ3 + w − b)/τ + (β'/β) g' b
     v' = μ b + ν φ − c v        w' = (k3 + 1) ξ2 + (β'/β) g' w               ξ2' = ξ3    ξ3' = φ − ω0² ξ2

@@ -2,9 +2,9 @@
 
     python -m studies.tolerances [--stage 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
 
-It draws pictures of docs/results_faults.md, prints its tables, and writes what was found as data that come with the
-package, which the report draws; with --stage that of one stage, and the others stay. It takes some ten minutes on two
-processors. A study that is done is not run again.
+It draws pictures of docs/results_faults.md, prints its tables, and writes its results as data of the package, which the
+report draws. With --stage it does so for one stage, and the others stay. It takes some ten minutes on two processors. A
+study that is done is not run again.
 """
 
 import argparse

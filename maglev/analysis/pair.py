@@ -357,7 +357,7 @@ def apart(function: Callable[..., Found], sources: Sequence[Source], timeout: fl
     """Call a function here, or where one of the sources that it runs is not of this project, in another process.
 
     `timeout` is the longest time without a step, s, `TIMEOUT` at least. FmuError if the process dies, or a step takes
-    too long; ControllerError if one of the sources is a class, which only this process knows, and another has to run
+    too long. ControllerError if one of the sources is a class, which only this process knows, and another has to run
     elsewhere.
     """
     foreign = [source for source in sources if source.runs_apart]

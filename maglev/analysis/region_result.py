@@ -151,9 +151,8 @@ class Region:
     def plot(self) -> "Figure":
         """Picture, a matplotlib Figure; MaglevError without matplotlib.
 
-        A panel for each candidate: states off the reference in position and velocity that come back (filled) and that
-        do not (rings), the certified ellipsoid's section with them (line) and its shadow (dashed). Below, the
-        responses.
+        A panel for each candidate: states off the reference in position and velocity that come back (filled) or do not
+        (rings), and the certified ellipsoid's section with them (line) and its shadow (dashed). Below, the responses.
         """
         loop, step = self.loop, self.step
         figure = new_figure(4.0 * max(2, len(self.candidates)), 8.0)

@@ -325,9 +325,8 @@ def experiments_to_run(asked: Sequence[RunPlan], options: RunOptions, thesis: bo
                        ) -> list[Experiment]:
     """Runs that were asked for, those that their claims compare with, and those that these start from, made ready.
 
-    With another FMU on both sides of a comparison, a claim of the thesis would be about something else, and is not
-    judged; a user's own claims compare with runs as they are planned. Unless `thesis` is asked for, runs that are not
-    the thesis's have none of its claims.
+    If both sides of a comparison have another FMU, a claim of the thesis is not judged. A user's own claims compare
+    with runs as planned. Unless `thesis` is asked for, runs that are not the thesis's have none of its claims.
     """
     def of_its_runs(experiments: list[Experiment]) -> list[Experiment]:
         return experiments if thesis else [

@@ -1,7 +1,7 @@
 """FMUs with clocks in a co-simulation: their steps, with an event wherever a clock ticks (FMI 3.0, 2.2.10).
 
-Periodic clocks tick in their own time. A triggered one is a Boolean port: true at an input lets it tick at the start of
-the next step, true at an output says that it has ticked in the last one.
+Periodic clocks tick in their own time. A triggered clock is a Boolean port. True at an input lets it tick at the start
+of the next step; true at an output says that it has ticked in the last step.
 """
 
 from collections.abc import Callable, Mapping
@@ -119,8 +119,8 @@ class Values:
 class Ticking:
     """Steps of an instance with clocks, called as fmi2DoStep; functions that get and set values by type.
 
-    At the start of a step, and wherever a clock ticks within it, there is an event: inputs that were set are passed on,
-    and the outputs of the clocks that tick are read. A tick at the end of a step is one of the next step.
+    An event happens at the start of a step, and wherever a clock ticks within it. It passes on the inputs that were
+    set, and reads the outputs of the clocks that tick. A tick at the end of a step is one of the next step.
     """
 
     def __init__(self, instance: Any, folder: Path, description: ModelDescription, types: Mapping[str, Any],

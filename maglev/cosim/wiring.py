@@ -133,9 +133,9 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
          rates: Mapping[str, Rate] | None = None, allocate: Allocate = np.zeros) -> Wiring:
     """Prepare a co-simulation of the FMUs in their order.
 
-    Connections go from an output to an input or a tunable parameter, both `fmu.variable`; blocks have so many `rows`,
-    the communication step is in s; `allocate` makes the arrays that are recorded to. In sequential order an FMU gets
-    what those before it have given in this step (Gauss-Seidel), in "jacobi" all get what was given in the step before.
+    Connections go from an output to an input or a tunable parameter, both `fmu.variable`. Blocks have `rows` rows, and
+    the communication step is in s. `allocate` makes the arrays for the recording. In sequential order an FMU gets this
+    step's outputs of the FMUs before it (Gauss-Seidel), in "jacobi" all get those of the step before.
 
     `rates` are the steps of FMUs, by name, whose steps are not the communication steps. If a step spans several
     communication steps, the first FMU steps in the first of them, the others in the last. So the first computes from
@@ -189,9 +189,9 @@ def beginning(fmus: Mapping[str, Fmu], sources: Mapping[str, str]) -> dict[str, 
     A measurement begins with the initial outputs of its plant. Which initial outputs depend on inputs is in the model
     structure of an FMU (InitialUnknowns, FMI 2.0.4, section 2.2.8).
 
-    FMUs, here in the order of stepping, whose own initial outputs depend on no input are given none, and wait for no
-    others; that of the others has themselves, for their signals. Of a circle the FMU that steps first comes last: it
-    samples what the others begin with. `sources` are those of the fed inputs; a signal is named as its input.
+    FMUs, in the order of stepping. An FMU whose initial outputs depend on no input is given none, and waits for no
+    others; the others wait for their signals. Of a circle the FMU that steps first comes last: it samples what the
+    others begin with. `sources` are those of the fed inputs; a signal is named as its input.
     """
     waiting = list(fmus)
     feeding = {name: {owner(source) for target, source in sources.items() if owner(target) == name} - {name}

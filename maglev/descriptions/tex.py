@@ -12,9 +12,9 @@ GROUPS = {1.0: "motor", 2.0: "pair of motors", 3.0: "three motors"}   # with one
 def tex(stage: StageDescription) -> dict[str, Any]:
     """Values for equations: axes, constants and currents by their names, and factors.
 
-    `i_q` are the quadrature currents of each horizontal axis, `i_d` and `squares` the direct ones and the squares of
-    all; `shared_squares` with one direct current in all motors and one quadrature current for each axis. `drivers` are
-    the words for the motors that drive an axis.
+    `i_q` are the quadrature currents of each horizontal axis, `i_d` the direct currents, and `squares` the squares of
+    all. `shared_squares` are the squares with one direct current in all motors and one quadrature current for each
+    axis. `drivers` are the words for the motors that drive an axis.
     """
     horizontal = [axis.name for axis in stage.horizontal]
     attraction, coils, iron = (constant_symbol(name) for name in stage.constants_of(stage.vertical.name))

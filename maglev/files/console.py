@@ -52,8 +52,8 @@ class ResultTable:
     """A table that cuts no number and no unit, with two spaces between its columns.
 
     Its `left` columns are texts, which wrap between words, the others numbers; None is a line between rows, and no text
-    is markup. Where the terminal is too narrow, `spare` columns at the end are left out, or the table continues below
-    with further columns, and repeats the first `keys`, those on the left if not given.
+    is markup. If the terminal is too narrow, `spare` columns at the end are left out. Otherwise the table continues
+    below with further columns, and repeats the first `keys`, by default those on the left.
     """
 
     def __init__(self, title: str, heads: Sequence[str], rows: Iterable[Sequence[str | Text] | None], left: int = 1,

@@ -1,7 +1,7 @@
 """Programs that end with all that they have started: each has a session of its own, and is its leader.
 
-They also end, with all that they have started, when this process does, however that ends: a keeper next to each reads
-from a pipe whose other end this process alone has.
+They also end, with all that they have started, when this process does, however it ends: a keeper next to each reads
+from a pipe whose other end only this process has.
 """
 
 import errno

@@ -65,8 +65,8 @@ def require_zig() -> None:
 def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
     """Library of C files by name, and their headers, for a platform; `name` is its file name's stem.
 
-    They are compiled as one translation unit: the step of a block, its parts and the functions of FMI over it lie in
-    different files, and calls between them are inlined. Inlining changes no operation, so that no bit differs.
+    They are compiled as one translation unit, so that calls are inlined between the step of a block, its parts and the
+    functions of FMI above it, which are in different files. Inlining changes no operation, so that no bit differs.
     ExportError if the compiler refuses the sources.
     """
     with in_one_unit(sources, name) as root:

@@ -48,8 +48,8 @@ def freestanding(definition: FmuDefinition, careful: Collection[str], maker: str
     """C files by name: NAME.h and NAME.c, an example over them, a file for CMake, and a board in QEMU to run it on.
 
     `careful` are packages whose code checks values before it divides; `maker` stands in the header. ExportError if the
-    block does not sample, calls functions of a mathematical library, or two of its ports become one name;
-    Untranslatable if it is not of the language of blocks.
+    block does not sample, calls functions of a mathematical library, or two of its ports become one name.
+    Untranslatable if it is not in the language of blocks.
     """
     if not definition.sampled:
         raise ExportError(f"{definition.name}: has no {SAMPLE_TIME}, expected a controller, or another block that "

@@ -59,10 +59,10 @@ def build_native_fmu(definition: FmuDefinition, maker: Maker, destination: Path,
                      extra: Mapping[str, bytes] | None = None, further: Mapping[str, str] | None = None) -> Path:
     """Write `destination/NAME.fmu` with binaries for Linux, Windows and macOS, and return its path.
 
-    The parameters are those of `maglev.fmi.build.build_fmu`. With `host_only` there is a binary for this machine alone:
-    FMI 2.0 has no name for Linux on ARM, whose binary is then in linux64, where tools on such a machine look for it.
-    `further` are texts of modules, by name, that the block is made of as well.
-    ExportError if the block is not of the language of blocks, if ziglang is not installed, or refuses the sources.
+    The parameters are those of `maglev.fmi.build.build_fmu`. With `host_only` there is only a binary for this machine.
+    FMI 2.0 has no name for Linux on ARM: its binary is in linux64, where tools on such a machine look for it. `further`
+    are texts of modules, by name, that the block is made of as well. ExportError if the block is not of the language of
+    blocks, if ziglang is not installed, or refuses the sources.
     """
     shell = SHELLS[fmi]
     chosen = host_platform(fmi) if host_only else shell.platforms
@@ -129,8 +129,8 @@ def native_sources(definition: FmuDefinition, texts: Mapping[str, str], code: st
                    platforms: Iterable[str], shell: Shell, date: int) -> NativeSources:
     """Sources of an FMU with the files of a layer over the block, and a GUID of all that goes into it.
 
-    Of the block that is the text of its Python modules, by dotted name, as well as its C: an installation so tells its
-    own FMUs from others without a translation.
+    For the block these are the text of its Python modules, by dotted name, and its C. An installation thus recognises
+    its own FMUs without a translation.
     """
     timed = shell.version == "3.0"
     blocks = {BLOCK: code}

@@ -37,10 +37,9 @@ def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, ma
     """Return True if files by name are those of `build_native_fmu`.
 
     Model description, FMI layer and table are compared byte for byte. The GUID must be that of the sources in the FMU
-    and of the Python modules here that they were translated from, and each library must have the digest that the FMU
-    says. Neither translator nor compiler runs, so it is still trusted that these libraries were compiled from these
-    sources. A replaced library with matching GUID and digests is not noticed. For parameters and errors see
-    `is_python_build`.
+    and of the Python modules here. Each library must have the digest that the FMU states. Neither translator nor
+    compiler runs, so it is still trusted that these libraries were compiled from these sources. A replaced library with
+    matching GUID and digests is not noticed. For parameters and errors see `is_python_build`.
     """
     runs = running(contents)
     sources = {name.removeprefix(SOURCES): data.decode("utf-8") for name, data in runs.items()

@@ -78,8 +78,8 @@ def scalar_slots(block: Any, template: Any) -> list[Slot]:
 class BlockSlave(Fmi2Slave):
     """Executes a block; pythonfmu calls its methods and reports their exceptions.
 
-    Raising is the only refusal that every importer notices: a step that returns False ends a simulation early without
-    an error, and pythonfmu ignores the result of the end of the initialization.
+    An exception is the only refusal that every importer notices. A step that returns False ends a simulation early
+    without an error, and pythonfmu ignores the result of the end of the initialization.
     """
 
     # Exceptions of a block that become messages: C continues with inf or NaN where Python raises.

@@ -2,7 +2,7 @@
 
 The rows of A decouple, so each velocity row has an estimator of its own. Between two samples the regressor is held at
 their mean and the velocity runs straight. The rest is integrated exactly (FSDI, of the mean behind its lag) or with the
-gain at the middle of the sample (NPFSI), which is of second order and stable for any ε.
+gain at the middle of the sample (NPFSI). The latter is of second order and stable for any ε.
 """
 
 from collections.abc import Mapping, Sequence
@@ -178,9 +178,9 @@ def npfsi_reduced(samples: Samples, theta0: Array, sigma0: Array, gamma: float, 
 def npfsi_full(samples: Samples, theta0: Array, sigma0: Array, gamma: float, epsilon: float, axis: str) -> Array:
     """(3.6), (3.7) of one row, with P0 = ε⁻¹, at which the first entry of Σ rests. Returns θ, shape (n, p).
 
-    With Σ = [ε⁻¹ −af; −afᵀ S] the Riccati equation (3.7) becomes explicit: af' = ε⁻¹ (a − af), af(0) = 0, and for the
-    Schur complement M = S − ε afᵀaf, M' = afᵀaf − γ⁻² aᵀa, M(0) = Q0. Then (3.6) is θ' = ε⁻¹ p e and
-    e' = c − a θ − (ε⁻¹ + af p) e with p = M⁻¹ afᵀ.
+    Σ = [ε⁻¹ −af; −afᵀ S] makes the Riccati equation (3.7) explicit. af' = ε⁻¹ (a − af), af(0) = 0, and the Schur
+    complement M = S − ε afᵀaf has M' = afᵀaf − γ⁻² aᵀa, M(0) = Q0. Then (3.6) is θ' = ε⁻¹ p e and e' = c − a θ − (ε⁻¹ +
+    af p) e with p = M⁻¹ afᵀ.
     """
     a, dt = samples.a, samples.dt
     offset = behind_lag(a, dt, epsilon)[:-1] - a   # at the start of each sample; decays during it
@@ -207,8 +207,8 @@ def npfsi_full(samples: Samples, theta0: Array, sigma0: Array, gamma: float, eps
 def integrate(a: Array, c: Array, p: Array, damping: Array, h: Array, epsilon: float, theta0: Array) -> Array:
     """Integrate θ' = ε⁻¹ p e, e' = c − a θ − d e, e(0) = 0 over steps h (s) with a, c, p and d held.
 
-    Over a step θ moves along p only, θ = θ0 + p η, so that two exact numbers are left: with q = a p,
-    e' = (c − a θ0) − q η − d e and η' = ε⁻¹ e. Returns θ before and after all steps, shape (steps + 1, p).
+    Over a step θ moves along p only, θ = θ0 + p η. Two exact numbers remain: with q = a p, e' = (c − a θ0) − q η − d e
+    and η' = ε⁻¹ e. Returns θ before and after all steps, shape (steps + 1, p).
     """
     q = np.sum(a * p, axis=1)
     root = np.sqrt((0.25 * damping**2 - q / epsilon).astype(np.complex128))

@@ -32,8 +32,8 @@ class Identification:
     diagnostics: dict[str, RowDiagnostics]
     standard_error: dict[str, float]   # the scatter to expect from another recording, no more
     with_friction: dict[str, float]
-    # changes of it by friction, bias, ripple and modulation, as described, with their signs, and a bound of that,
-    # which is larger where the recording shows more of them; NaN and infinite where not excited
+    # its changes by friction, bias, ripple and modulation, as described, with their signs, and their bound, larger if
+    # the recording shows more; NaN and infinite where not excited
     bias: dict[str, float]
     left_out: dict[str, float]
     replay_error: Array   # m, shape (axes,), see `replay`; as the next one

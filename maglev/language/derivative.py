@@ -1,9 +1,9 @@
 """Directional derivatives of a block: forward-mode differentiation of its typed program.
 
 Every function that a method of the block calls gets a second one, with `_dot` after its name, that computes the same
-and, next to each number, its derivative along a direction. The direction lies in a second block of the same kind: where
-a block has the number `self.y.position`, `self_dot.y.position` is its derivative. Each operation is differentiated by
-its rule, so that the result is exact except for rounding; at a kink it is that of the branch that is taken.
+and the derivative of each number along a direction. The direction lies in a second block of the same kind: where a
+block has the number `self.y.position`, `self_dot.y.position` is its derivative. Each operation is differentiated by its
+rule, so that the result is exact except for rounding; at a kink it is that of the branch that is taken.
 """
 
 import ast

@@ -29,10 +29,10 @@ def equilibrium(name: str, at: Mapping[str, Quantity], parameters: Mapping[str, 
     """Find the equilibrium of a stage, or of the stage as a controller models it, at given positions.
 
     The horizontal rows give i_q, against the bias; the vertical one then i_d, the same in all motors: the smaller root
-    of (4.12), (5.7). Where the platform tilts, i_d changes evenly over it, so that the torques are in balance too; a
-    regulator that linearises each motor at its own gap changes the normal forces evenly instead, see
-    `linearise_loop`. Friction holds nothing, ripple, the modulation of the attraction, guides against a tilt and a
-    payload count. A controller's model has none of these, and no bias.
+    of (4.12), (5.7). Where the platform tilts, i_d changes evenly over it, so that the torques balance too. A regulator
+    that linearises each motor at its own gap changes the normal forces evenly instead, see `linearise_loop`. Friction
+    holds nothing, ripple, the modulation of the attraction, guides against a tilt and a payload count. A controller's
+    model has none of these, and no bias.
 
     For names, positions and parameters see `linearise`. LinearModelError if an axis or a parameter is unknown, the gap
     is outside 8…40 mm or beyond a stop, or no current holds the mover there. Also if the amplifiers cannot hold that
@@ -125,9 +125,8 @@ def solve(place: str, description: StageDescription, block: Any, places: MotorPl
           split: Any) -> Equilibrium:
     """Currents under which no axis of a stage accelerates.
 
-    In closed form as though the axes had no effect on each other but by the iron, which is all on a stage without
-    tilts;
-    otherwise by Newton's method from there.
+    The closed form neglects all effects of axes on each other but the iron, which is exact on a stage without tilts.
+    Otherwise Newton's method starts from it.
     """
     stage = at_rest(description, block, positions)
     currents = np.zeros(2 * len(description.motors))

@@ -28,8 +28,8 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     the encoders. So is the roughness of the guides, whose slope is a random number at each place. With friction on,
     motions that are short next to its presliding displacement meet its spring, which this model does not have.
 
-    The model of a measurement has its delay and the slope of its periodic error; offset, drift and noise are added to
-    its outputs, and jitter and lost samples raise an error. The model of a controller is sampled at its sample time:
+    The model of a measurement has its delay and the slope of its periodic error. Offset, drift and noise are added to
+    its outputs. Jitter and lost samples raise an error. The model of a controller is sampled at its sample time:
     observer, internal model or integral and pre-filter, and its law at the operating point. Left out: the current limit
     with its anti-windup, the safety trip, and the compensation of Coulomb friction. A scheduled law has the gains of
     the region that the gap lies in, an adaptive one the constants of its parameters: at rest none of them moves.

@@ -22,8 +22,8 @@ from pmlsm.stage_description import StageDescription
 class Loop:
     """A sampled plant and a controller that measures its positions and commands its currents.
 
-    A controller of one's own is a `LinearModel` as well: sampled as the plant, with inputs "<axis>.measured", or where
-    the platform tilts "<motor>.gap_measured", and any others, and outputs that are called like the plant's inputs.
+    Your own controller is a `LinearModel` as well, sampled as the plant. It has inputs "<axis>.measured", or
+    "<motor>.gap_measured" where the platform tilts, and any others. Its outputs have the names of the plant's inputs.
 
     Attributes
     ----------

@@ -22,8 +22,8 @@ class MotorPlaces:
     # (n, 2 m): accelerations of the axes, at the masses of the description, by those that motors give the vertical
     # axis and the one that they drive, motor by motor.
     effects: Array
-    # (2 m, n): currents, or forces, that are spread evenly: one value that all motors have in common, two slopes over
-    # the platform, and one for the motors of each horizontal axis.
+    # (2 m, n): currents, or forces, that are spread evenly: a common value, two slopes over the platform, and one value
+    # for the motors of each horizontal axis.
     even: Array
 
     @classmethod

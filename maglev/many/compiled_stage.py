@@ -6,9 +6,9 @@ The FMUs' C functions read and write the row itself, so that a sample copies not
     set in the commutation                                        observation
                got from the plant, in one call
 
-The commutation turns direct and quadrature currents into phase currents by encoders, which are there again for it:
-those of the displacements, and where the platform tilts, of the gaps at the motors too. Phase currents as commands go
-straight to the plant. With a measurement both get what that makes of the encoders, as the controllers of runs do.
+The commutation turns direct and quadrature currents into phase currents by encoders of its own: those of the
+displacements and, where the platform tilts, of the gaps at the motors. Phase currents as commands go straight to the
+plant. With a measurement both get what that makes of the encoders, as the controllers of runs do.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -71,8 +71,8 @@ def from_recording(plan: RunPlan, step: float, recording: Recording, exact: bool
     trajectory by tens of micrometres. `plan.check.through_contact` is for runs that do not magnify it so.
 
     `step` is the communication step of the run, s; an `exact` one has a digest of the whole recording. BaselineError if
-    no signal is to be checked, a signal was not recorded or is not finite, the interval is not a whole number of steps,
-    or fewer than two samples remain.
+    no signal is to be checked, or one was not recorded or is not finite; if the interval is not a whole number of
+    steps, or fewer than two samples remain.
     """
     check = plan.check
     if not check.signals:

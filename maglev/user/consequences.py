@@ -295,9 +295,9 @@ def fall(stage: StageDescription) -> float:
 def runnable(path: str | Path) -> StageDescription:
     """Read a description and check that its stage can run.
 
-    StageError, ScenarioError if it is no description; if stops are outside the field's range, no current below the
-    limits holds the mover at its start, or thrust does not overcome bias and friction. Also if sampling is too slow for
-    the unstable pole, or the loop of a regulator is unstable. The messages have the numbers.
+    StageError, ScenarioError if it is not a description. StageError also if stops are outside the field's range, no
+    current below the limits holds the mover at its start, or thrust does not overcome bias and friction. Also if
+    sampling is too slow for the unstable pole, or the loop of a regulator is unstable. The messages have the numbers.
     """
     stage = know_stage(path)
     try:

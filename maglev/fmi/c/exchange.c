@@ -174,8 +174,8 @@ static bool is_unknown(uint32_t reference, enum Phase phase)
            || (is_state(reference) && phase == INITIALIZING);
 }
 
-/* Return true if a variable can be the known of a derivative in a phase: real inputs and the time, and start values in
- * the initialization, or the states after it. */
+/* Return true if a variable can be the known of a derivative in a phase: real inputs and the time, start values in the
+ * initialization, states after it. */
 static bool is_known(uint32_t reference, enum Phase phase)
 {
     if (reference >= MODEL.variable_count || MODEL.variables[reference].boolean) {

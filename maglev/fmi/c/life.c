@@ -10,8 +10,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Largest difference between the importer's clock and the end of the step before: a share of a communication step, but
- * at most so many seconds, plus the rounding of the time. */
+/* Largest difference between the importer's clock and the end of the step before. It is a share of a communication
+ * step, at most so many seconds, plus the rounding of the time. */
 #define CONTINUITY 1.0e-3
 #define LARGEST_MISS 1.0e-5
 /* s: a step that does not fit is ignored up to here. An importer that adds up its steps may have it left at the end. */

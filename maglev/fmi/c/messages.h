@@ -20,8 +20,8 @@ bool refuse_phase(const struct Instance *instance, const char *call, int phases)
 /* Log that a value of an input or parameter is not a number within its range, and return REFUSED. */
 enum Status refuse_value(const struct Instance *instance, const struct Variable *variable, double value);
 
-/* Log what a status other than 0 of the block means, in a step from a time (s) over a step size (s), and return what it
- * is told as: REFUSED or DISCARDED. */
+/* Log the text of a status of the block other than 0, in a step from a time (s) over a step size (s). Return REFUSED or
+ * DISCARDED. */
 enum Status refuse_status(const struct Instance *instance, enum Status as, int64_t status, double time, double step);
 
 /* A double in the fewest digits that give it back, as Python writes it; text has room for NUMBER_LENGTH. */

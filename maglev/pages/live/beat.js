@@ -24,8 +24,8 @@ const opponentsOf = (run) => OPPONENTS.filter(({ model }) => model(run));
 const opponentOf = (run) => opponentsOf(run).find(({ id }) => id === beat.opponent) ?? OPPONENTS[0];
 const FASTER = { held: 2, moved: 1.2 };   // times the thesis's poles are those of the regulator that is retuned
 
-/** Gains of the thesis's regulator with its poles so many times as fast: s⁵ − k2 s⁴ + (ω0² − k1) s³ − (k2 ω0² + k5) s² −
- * (k1 ω0² + k4) s − (k3 + 1), as maglev.linear.design has it. */
+/** Gains of the thesis's regulator with poles a number of times as fast, as in maglev.linear.design: s⁵ − k2 s⁴ + (ω0²
+ * − k1) s³ − (k2 ω0² + k5) s² − (k1 ω0² + k4) s − (k3 + 1). */
 function retuned(run) {
   const start = { ...run.fmus.controller.start }, value = (name) => plannedValue(run, thesisOf(run), `controller.${name}`), square = value("omega0") ** 2;
   for (const axis of run.axes) {

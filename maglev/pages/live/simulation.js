@@ -1,6 +1,6 @@
 "use strict";
-// A run, stepped as the master of `maglev run` does: at t = k h the controller gets references and measurements and steps,
-// and the plant then steps under its currents (Gauss–Seidel, controller first).
+// A run, stepped as the master of `maglev run` does: at t = k h the controller gets references and measurements and
+// steps. The plant then steps under its currents (Gauss–Seidel, controller first).
 
 const HOLD = { stiffness: 1500, damping: 60, most: 150 };   // N/m, N s/m, N: the hand that holds the mover
 const SHAKE = 10 * Math.PI;   // rad/s, of the floor: 5 Hz

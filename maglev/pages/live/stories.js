@@ -147,8 +147,8 @@ function tellStory(id) {
   at("moment").textContent = "";
 }
 
-/** Run of a stage that its experiments begin with: that of its description, or the first of those with most references that
- * change least of the plant, and in which nothing else happens. */
+/** Return the run with which the experiments of a stage begin: that of its description. Otherwise it is the first of
+ * those with most references that change least of the plant, and in which nothing else happens. */
 function homeOf({ stage }) {
   if (live.runs[stage.home]) return stage.home;
   const worth = (name) => {

@@ -131,9 +131,9 @@ function send(now) {
 
 const WITHIN = 1e-4;   // m, in which a task counts as done
 
-/** Score a controller in a task, in a simulation of its own. After the load and after the step: the largest error of the
- * gap, the time after which it stays within WITHIN, and the overshoot; then the ripple of a current at rest; SI. Of a
- * mover that is lost, the score is when. */
+/** Score a controller in a task, in a simulation of its own. After the load and after the step it has the largest error
+ * of the gap, the time after which it stays within WITHIN, and the overshoot. Then comes the ripple of a current at
+ * rest; SI. Of a mover that is lost, the score is when. */
 async function scored({ number, run, model, settings, acts: planned, task: { axis, on, step, until } }) {
   const tried = new Simulation(library, runs[run], model, settings), { axes, vertical } = tried.run, due = [...planned];
   const [gap, moved] = [vertical, axis].map((name) => axes.indexOf(name));

@@ -12,8 +12,8 @@ const drivenAxes = (run) => [...new Set(Object.values(run.drives))];
 const motorsOf = (run, axis) => run.motors.filter((motor) => run.drives[motor] === axis);
 const isTilt = (run, axis) => run.rotations.includes(axis);
 
-/** Where an axis ends (m, rad): at its stops; where they are at the motors, the gap at those, and a tilt where, from the
- * middle, the farthest motor meets one. */
+/** Ends of an axis (m, rad): its stops. If the stops are at the motors, these are the ends of the gap, and a tilt ends
+ * where, from the middle, the farthest motor meets one. */
 function endsOf(run, axis, values) {
   const ends = (of) => ["lower", "upper"].map((end) => values(`plant.${of}.stop.${end}`));
   const tilt = Object.values(run.stage.tilts).find((each) => each.axis === axis);
