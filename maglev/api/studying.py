@@ -258,7 +258,7 @@ def made_ready(study: StudyFile | TuneFile, origin: str, folder: Path, options: 
                say: Say, watch: Watch) -> Iterator[tuple[Experiment, dict[str, Any]]]:
     """Yield the experiment of a study or a tuning for the block, and the JSON that repeats it with `maglev run`.
 
-    `origin` is what errors name, `folder` where relative file names begin. Its Python files are FMUs there, because
+    Errors name `origin`, and relative file names begin at `folder`. Its Python files are FMUs there, because
     workers have none of the user's files. They are native if possible, and `say` is called with the reason if not. With
     a scheduler, built FMUs have binaries for all platforms.
     """

@@ -28,7 +28,7 @@ STARTED_WITHIN = 60.0   # s, at least, until the first report: no FMU is to blam
 
 
 class Helper:
-    """The process that waits for a task, and what it has read."""
+    """The process that waits for a task, and the descriptions that it has read."""
 
     def __init__(self) -> None:
         # of the process with that number, which alone can end it

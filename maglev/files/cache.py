@@ -35,7 +35,7 @@ class Kept(NamedTuple):
 
 
 class KeptHere:
-    """What this process alone keeps, by key and name, where the cache cannot be written."""
+    """Files that only this process keeps, by key and name, because the cache cannot be written."""
 
     def __init__(self) -> None:
         self.files: dict[tuple[str, str], Kept] = {}

@@ -1,4 +1,4 @@
-"""What a process keeps from one call to the next: one object has all of it, and tests make it anew."""
+"""State of a process from one call to the next: one object has all of it, and tests replace it."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

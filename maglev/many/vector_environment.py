@@ -26,7 +26,7 @@ NEVER = np.iinfo(np.int64).max
 
 
 def wiring_of(stage: CompiledStage, points: int) -> tuple[Wiring, list[str]]:
-    """Return the FMUs of a stage as a co-simulation over so many communication points, and what is read of it.
+    """Return the FMUs of a stage as a co-simulation over communication points, and the outputs that are read.
 
     These are the flag of the stops, the positions, the delivered currents, and the encoders.
     """
@@ -97,7 +97,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.seen = np.zeros((groups, one.samples + 1, len(read), loop.width))
         self.sizes = np.zeros((groups, 0, 2, loop.width))
         self.commands, = self.taken.signals.values()   # shape (lanes, currents, points)
-        # Of each environment, by rows: what is read, velocities, references.
+        # Of each environment, by rows: outputs, velocities, references.
         axes = len(one.stage.axes)
         self.rows = np.zeros((len(read) + 2 * axes, num_envs))
         self.read = self.rows[:len(read)]

@@ -24,7 +24,7 @@ SETTING = "it is a setting of"   # and the model's name
 
 @dataclass(frozen=True)
 class Replacement:
-    """What replaces an FMU of a run, its names for the ports, and whether it gets the settings of that one."""
+    """Source that replaces an FMU of a run, its names for the ports, and whether it gets the settings of that FMU."""
 
     source: Source
     ports: PortMap = field(default_factory=PortMap)

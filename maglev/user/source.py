@@ -53,7 +53,7 @@ class Written:
 
 
 class Loaded:
-    """What this process has executed: classes by file, name and digests of all that is read, and names of modules."""
+    """Code that this process has executed: classes by file, name and digests of all that is read; names of modules."""
 
     def __init__(self) -> None:
         self.classes: dict[tuple[Path, str | None, Digests], Written] = {}
@@ -208,7 +208,7 @@ class PythonClass:
         return ((str(self), hashlib.sha256(text.encode("utf-8")).hexdigest()),)
 
     def keeps_bits(self) -> bool:
-        """Return False: what it imports is not known."""
+        """Return False: its imports are not known."""
         return False
 
     def place_of(self, _word: str) -> str:
