@@ -6,6 +6,8 @@ one lane in which nothing differs. The function begins with the initialised inst
 the operations of the calls: the bits are the same. It writes a row of chosen columns at each communication point, and
 reports a run that an FMU would refuse; then the calls are made, and give the error.
 
+Groups of lanes lie one after the other. Environments run in them by a few points at a time, and begin again one by one.
+
 The library is compiled here, for the widest vectors of this processor. Its key has their name, so that a shared cache
 never gives a library that this processor cannot run.
 """

@@ -26,9 +26,9 @@ NEVER = np.iinfo(np.int64).max
 
 
 def wiring_of(stage: CompiledStage, points: int) -> tuple[Wiring, list[str]]:
-    """Return the FMUs of a stage as a co-simulation over communication points, and the outputs that are read.
+    """Return the FMUs of a stage as a co-simulation over communication points, and its outputs.
 
-    These are the flag of the stops, the positions, the delivered currents, and the encoders.
+    The outputs are the flag of the stops, the positions, the delivered currents, and the encoders.
     """
     fmus = {fmu.name: fmu for part in dict.fromkeys(each.part for each in stage.exchanges)
             for fmu in [stage.parts[part]]}
@@ -46,8 +46,8 @@ def wiring_of(stage: CompiledStage, points: int) -> tuple[Wiring, list[str]]:
                 drives[target] = np.zeros(points)
             else:
                 connections.append((source, target))
-    read = [row[i] for i in range(stage.ends[1], stage.ends[4])]
-    return wire(fmus, connections, drives, points, stage.step.value), [f"{stage.plant.name}.at_stop", *read]
+    outputs = [row[i] for i in range(stage.ends[1], stage.ends[4])]
+    return wire(fmus, connections, drives, points, stage.step.value), [f"{stage.plant.name}.at_stop", *outputs]
 
 
 class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
@@ -81,26 +81,26 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.action_space = batch_space(self.one.action_space, num_envs)
         self.observation_space = batch_space(self.one.observation_space, num_envs)
         one, compiled = self.one, self.one.compiled
-        self.wiring, read = wiring_of(compiled, one.samples + 1)
+        self.wiring, outputs = wiring_of(compiled, one.samples + 1)
         changing = {f"{compiled.parts[part].name}.{name}": (part, name) for part, name in one.changing()}
         self.number_of = {place: number for number, place in enumerate(changing.values())}
         given = {"plant": one.parameters, "measurement": one.measurement}
         varied = {f"{fmu.name}.{name}" for part, fmu in compiled.parts.items() if part in given
                   for name in given[part].known}
-        loop = lane_loop(self.wiring, read, (), Varied(frozenset(varied), True, True), build=True,
+        loop = lane_loop(self.wiring, outputs, (), Varied(frozenset(varied), True, True), build=True,
                          changing=[*changing])
         if loop is None:
             raise FmuError("expected native FMUs of this installation")
         self.loop = loop
         groups = -(-num_envs // loop.width)
         self.taken = loop.begin(groups)
-        self.seen = np.zeros((groups, one.samples + 1, len(read), loop.width))
+        self.seen = np.zeros((groups, one.samples + 1, len(outputs), loop.width))
         self.sizes = np.zeros((groups, 0, 2, loop.width))
         self.commands, = self.taken.signals.values()   # shape (lanes, currents, points)
         # Of each environment, by rows: outputs, velocities, references.
         axes = len(one.stage.axes)
-        self.rows = np.zeros((len(read) + 2 * axes, num_envs))
-        self.read = self.rows[:len(read)]
+        self.rows = np.zeros((len(outputs) + 2 * axes, num_envs))
+        self.outputs = self.rows[:len(outputs)]
         ends = np.cumsum([1, axes, len(compiled.currents), len(compiled.encoders), axes])
         (self.at_stop,), self.positions, self.currents, self.encoders, self.velocities, self.references = np.split(
             self.rows, ends)
@@ -232,8 +232,8 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         for _ in map(share, self.shares) if self.pool is None else self.pool.map(share, self.shares):
             pass
         taken: npt.NDArray[np.bool_] = self.taken.status[:self.num_envs] == DONE
-        read = self.seen[:, -1].swapaxes(0, 1).reshape(len(self.read), -1)[:, :self.num_envs]
-        np.copyto(self.read, read, where=taken)
+        outputs = self.seen[:, -1].swapaxes(0, 1).reshape(len(self.outputs), -1)[:, :self.num_envs]
+        np.copyto(self.outputs, outputs, where=taken)
         return taken
 
     def observations(self) -> Array:
