@@ -116,7 +116,7 @@ def shipped(native_fmus: Path, tmp_path: Path) -> Path:
     return path
 
 
-def test_fmus_with_a_clock_are_taken_beside_a_plant_that_has_none(clocked_fmus: Path, tmp_path: Path) -> None:
+def test_fmus_with_a_clock_go_with_a_plant_without_one(clocked_fmus: Path, tmp_path: Path) -> None:
     """A release has one plant of FMI 3.0, in fmi3, for both."""
     given, made = tmp_path / "given", tmp_path / "made"
     loop = f"step_loop/{next(iter(host_platform(3)))}/{LIBRARY}"

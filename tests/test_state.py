@@ -67,7 +67,7 @@ def state_of(tree: ast.AST, everywhere: set[str], interpreter: bool) -> list[str
     return found
 
 
-def test_no_module_keeps_what_changes() -> None:
+def test_no_module_keeps_mutable_state() -> None:
     trees = {path: ast.parse(path.read_text(encoding="utf-8")) for package in PACKAGES
              for path in (ROOT / package).rglob("*.py")}
     everywhere = set().union(*map(containers, trees.values()))

@@ -59,7 +59,7 @@ def waits(tree: ast.AST) -> Iterator[str]:
             yield ast.unparse(node)
 
 
-def test_what_waits_has_a_limit_or_a_reason() -> None:
+def test_every_wait_has_a_limit_or_a_reason() -> None:
     found: dict[str, set[str]] = {}
     for package in PACKAGES:
         for path in sorted((ROOT / package).rglob("*.py")):

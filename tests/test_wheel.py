@@ -77,7 +77,7 @@ def clash(home: Path) -> Path:
     return home
 
 
-def test_the_command_runs_beside_packages_of_our_names(installed: Path, clash: Path) -> None:
+def test_the_command_runs_next_to_packages_with_the_same_names(installed: Path, clash: Path) -> None:
     """Its own folder comes first where Python imports, not the user's; so does what an FMU carries."""
     said(installed, clash, "maglev", "build", "Plant2DOF", "PID2DOF")
     (clash / "excited.toml").write_text(EXCITED.replace("2 s", "0.2 s"))

@@ -218,7 +218,7 @@ def test_both_models_of_the_motor_are_one() -> None:
     assert block.estimator.v.filter1.output != alone.v.filter1.output
 
 
-def test_what_the_parts_share_is_one_parameter() -> None:
+def test_parts_share_their_common_parameters() -> None:
     """The estimator of a platform that tilts has the regulator's places, clock and observer."""
     block = AdaptiveRegulator5DOF()
     for name in ("alpha1_place.x", "beta2_place.z", "observer.time1", "observer.time2", "sample_time"):

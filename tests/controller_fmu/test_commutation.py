@@ -61,7 +61,7 @@ def started(load: Load, kind: Kind) -> Fmu:
 
 @BOTH
 @given(wanted=asked)
-def test_the_plant_gets_back_what_is_asked_for(kind: Kind, wanted: list[tuple[float, float, float]]) -> None:
+def test_the_plant_gets_the_reference_currents(kind: Kind, wanted: list[tuple[float, float, float]]) -> None:
     block = kind()
     ask(block, wanted)
     assert block.start() == block.step(0.0, block.sample_time) == 0

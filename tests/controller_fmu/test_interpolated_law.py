@@ -64,7 +64,7 @@ def test_poles_are_those_of_the_nonlinear_law_at_every_gap(gap: float) -> None:
 
 
 @pytest.mark.parametrize("gap", [18.4e-3, 21e-3, 24.999e-3, 29.3e-3])
-def test_what_the_integral_commands_does_not_change_with_the_gain(gap: float) -> None:
+def test_the_current_of_the_integral_does_not_change_with_the_gain(gap: float) -> None:
     """In position form it would change by up to a half; and there is no bump between pieces of the table."""
     regulator = started(25e-3)
     regulator.y.model.xi1 = 2e-4

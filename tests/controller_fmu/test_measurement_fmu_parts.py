@@ -142,7 +142,7 @@ def test_frozen_and_lost_for_good() -> None:
     assert block.encoders[GAP].measured == 0.03 + 1e-3
 
 
-def test_noise_does_not_depend_on_what_is_lost() -> None:
+def test_noise_does_not_depend_on_lost_samples() -> None:
     one, other = BLOCK(), BLOCK()
     for block in (one, other):
         block.encoders[GAP].noise, block.seed = 1e-6, 5.0

@@ -204,7 +204,7 @@ def test_antiwindup_term(kind: type[Regulator], antiwindup: bool) -> None:
 
 @BOTH
 @given(st.lists(st.floats(-4e-3, 4e-3), min_size=3, max_size=3), st.sampled_from([0.5, 2.0, 4.0]))
-def test_limit_holds_and_zero_is_none(kind: type[Regulator], errors: list[float], limit: float) -> None:
+def test_limit_holds_and_zero_means_no_limit(kind: type[Regulator], errors: list[float], limit: float) -> None:
     """The command after a jump on every axis, with a limit and without."""
     free, limited = started(kind), started(kind)
     free.current_limit, limited.current_limit = 0.0, limit

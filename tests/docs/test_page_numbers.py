@@ -18,7 +18,7 @@ def words(page: Path) -> str:
     return " ".join(page.read_text(encoding="utf-8").split())
 
 
-def test_what_stands_for_runs_is_in_the_pages() -> None:
+def test_numbers_of_runs_are_in_the_pages() -> None:
     """With any numbers: those are compared with runs by `make docs`."""
     value, runs = runpy.run_path(str(TOOL))["VALUE"], set(packaged_runs())
     for page, rows in tomllib.loads(TOOL.with_suffix(".toml").read_text(encoding="utf-8")).items():
@@ -33,7 +33,7 @@ def test_what_stands_for_runs_is_in_the_pages() -> None:
                 assert value.fullmatch(each)["run"] in runs, each
 
 
-def test_what_descriptions_have_is_what_pages_say() -> None:
+def test_pages_have_the_values_of_descriptions() -> None:
     two, three = PACKAGED_STAGES["2dof"], PACKAGED_STAGES["3dof"]
     one, other = (", ".join(f"{each.plant:g}" for each in stage.constants) for stage in (two, three))
     assert f"The plant has C1…C4 = {one} and C1…C5 = {other}." in words(ROOT / "docs" / "results_identification.md")

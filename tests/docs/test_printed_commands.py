@@ -102,7 +102,7 @@ def test_every_command_is_typed_or_has_a_reason() -> None:
 @pytest.mark.parametrize("page", [pytest.param(page, marks=() if page in IN_EVERY_RUN else pytest.mark.thorough)
                                   for page, lines in PAGES.items()
                                   if page not in ELSEWHERE and any(reason(line) is None for line in lines)])
-def test_a_page_as_it_is_typed(installed: Path, tmp_path: Path, page: str) -> None:
+def test_commands_of_a_page_run_as_typed(installed: Path, tmp_path: Path, page: str) -> None:
     require_native_tools()
     home = home_of(page, tmp_path / "home")
     for line in (BEFORE.get(page, "true"), *(line for line in PAGES[page] if reason(line) is None)):
@@ -110,7 +110,7 @@ def test_a_page_as_it_is_typed(installed: Path, tmp_path: Path, page: str) -> No
 
 
 @pytest.mark.thorough
-def test_the_installation_as_it_is_typed(installed: Path, tmp_path: Path) -> None:
+def test_commands_of_the_installation_run_as_typed(installed: Path, tmp_path: Path) -> None:
     """In the folder with the wheel, into an environment in which the dependencies are, and nothing of ours."""
     require_native_tools()
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", tmp_path / "new"], check=True)

@@ -98,7 +98,7 @@ def test_colours_are_those_of_the_pages(site: dict[Path, Page]) -> None:
     assert re.findall(r"--phase-0: (#\w+);", text) == [light, dark, dark]
 
 
-def test_the_first_page_says_what_it_is_to_who_links_to_it(site: dict[Path, Page]) -> None:
+def test_the_first_page_has_a_description_for_links(site: dict[Path, Page]) -> None:
     path = next(path for path in site if path.name == "index.html")
     text = path.read_text(encoding="utf-8")
     title, *_ = re.findall(r"<title>(.*?)</title>", text)   # others are of icons

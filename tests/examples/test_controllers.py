@@ -55,8 +55,8 @@ def test_c_controller_levitates_the_stage(fmus: Path, step: Path, c_controller: 
     assert max(abs(sum(currents)) for currents in zip(*phases, strict=True)) < 1e-12
 
 
-def test_what_it_lacks_is_said_once_and_left_out(fastest_fmus: Path, step: Path, c_controller: Path,
-                                                 tmp_path: Path) -> None:
+def test_missing_ports_are_named_once_and_left_out(fastest_fmus: Path, step: Path, c_controller: Path,
+                                                   tmp_path: Path) -> None:
     result = maglev("report", step, "--fmus", fastest_fmus, "--out", tmp_path, "--controller", c_controller,
                     "--map", MAP)
     assert result.exit_code == 0, result.output

@@ -35,7 +35,7 @@ def test_it_learns_and_becomes_a_controller(native_fmus: Path, tmp_path: Path) -
     assert 1e3 * np.sqrt(np.mean(late**2)) < 2.0 * float(error)
 
 
-def test_the_file_computes_what_the_network_did() -> None:
+def test_the_file_computes_the_outputs_of_the_network() -> None:
     """Scales and middle of the inputs are part of the weights in the file; the currents are the same."""
     example = runpy.run_path(str(EXAMPLES / "gym_levitate.py"))
     random = np.random.default_rng(0)

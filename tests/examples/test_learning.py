@@ -47,7 +47,7 @@ NAMES = {"ADRC": "adrc", "L1Regulator": "l1_adaptive", "DirectionalRegulator": "
 
 
 @pytest.mark.parametrize("law", NAMES)
-def test_it_keeps_to_what_a_native_fmu_can_have(law: str) -> None:
+def test_it_is_in_the_language_of_blocks(law: str) -> None:
     with buildable(PythonFile(EXAMPLES / f"{NAMES[law]}.py"), native=True) as built:
         assert built.definition.name == law
 
@@ -74,7 +74,7 @@ def test_the_extended_state_observer_finds_a_constant_disturbance() -> None:
     np.testing.assert_allclose([observer.position, observer.velocity], [0.1 * 4000**2 * TS**2, 0.2 * 4000 * TS])
 
 
-def test_the_uncertainty_is_what_moves_an_axis_beside_its_commands() -> None:
+def test_the_uncertainty_is_the_motion_without_commands() -> None:
     """v' = u + 0.3 m/s² with u that changes: C σ̂ is the 0.3 behind 40 rad/s, and the observer's filters."""
     adaptive = import_module("l1_adaptive")
     axis, observer = adaptive.Uncertainty(40.0), ObserverFilter()
@@ -149,7 +149,7 @@ def test_without_forgetting_it_is_least_squares() -> None:
     np.testing.assert_allclose([row.first, row.second, row.bias], expected, rtol=1e-9)
 
 
-def test_what_is_not_excited_is_not_forgotten() -> None:
+def test_unexcited_parameters_are_not_forgotten() -> None:
     """Friction that no row has keeps its guess and its weight; the others forget all but the last rows."""
     phi, accelerations = rows(5000, False)
     row = estimate(phi, accelerations, 0.01)

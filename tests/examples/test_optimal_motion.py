@@ -150,7 +150,7 @@ def said() -> dict[str, list[float]]:
 
 
 @pytest.mark.usefixtures("slow")
-def test_the_page_says_what_the_optimum_gains(block: ContinuousBlock) -> None:
+def test_the_page_states_the_gain_of_the_optimum(block: ContinuousBlock) -> None:
     duration = brentq(lambda span: polynomial(block, span)[1] - LIMIT, 0.15, 0.6, rtol=1e-4)
     found = said()
     assert found["duration within 4 A (s)"] == pytest.approx([motion("fastest")[-1, 0], duration], abs=6e-4)

@@ -187,7 +187,7 @@ def test_the_certificate_holds_in_rational_arithmetic(loop: Loop) -> None:
 @pytest.mark.few(4)
 @pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS)
 @pytest.mark.parametrize("change", ["rate", "decay", "sign", "asymmetry", "length"])
-def test_what_is_none_is_refused(change: str, loop: Loop, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_refuses_a_wrong_certificate(change: str, loop: Loop, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gap_certificate, "cells", lambda loop, _: pieces(loop))   # made once
     found = json.loads(loop.file.read_text(encoding="utf-8"))
     if change == "rate":

@@ -45,7 +45,7 @@ def test_the_first_cause_counts(tripped: float, touched: float, error: float, at
     assert found.tolist() == [outcome]
 
 
-def test_shares_are_of_the_map_with_the_constants_as_they_are(tmp_path: Path) -> None:
+def test_shares_are_of_the_map_with_nominal_constants(tmp_path: Path) -> None:
     gaps, ends = np.array([0.01, 0.02]), np.full((1, 2, 2, 2), STOPPED, np.uint8)
     ends[0, :, :, 0] = SETTLED
     ends[0, 1, 0, 0] = TRIPPED   # with other constants

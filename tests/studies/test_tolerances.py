@@ -56,7 +56,7 @@ def test_a_study_sets_what_its_question_is_about(tmp_path: Path, stage: str) -> 
     assert "controller.setpoint" in gap.set, "it is linearised about where it goes"
 
 
-def test_what_was_found_is_whole_and_on_its_page(tmp_path: Path) -> None:
+def test_results_are_complete_and_on_their_page(tmp_path: Path) -> None:
     write_grids(tmp_path / "found.json", OUTCOMES, FOUND)
     again = read_grids(tmp_path / "found.json")
     page = (DOCS / "results_faults.md").read_text(encoding="utf-8")

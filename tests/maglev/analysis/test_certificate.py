@@ -131,7 +131,7 @@ def test_steps_grow_with_the_limit_of_an_unstable_axis() -> None:
 @pytest.mark.few(2)
 @pytest.mark.parametrize(("stage", "axis", "gap"), [
     ("3dof", "y", "25 mm"), ("3dof", "z", "22 mm"), ("2dof", "v", "20 mm"), ("2dof", "h", "20 mm")])
-def test_what_is_certified_is_less_than_what_comes_back(stage: str, axis: str, gap: str) -> None:
+def test_certified_steps_are_smaller_than_those_that_come_back(stage: str, axis: str, gap: str) -> None:
     loop = axis_loop(stage, axis, gap)
     found = certify(loop, loop.gains)
     assert 0.3 * largest_step(loop, found) < found.step < largest_step(loop, found)

@@ -117,13 +117,13 @@ def test_a_cubic_law_has_its_slope_within_the_estimate() -> None:
 @pytest.mark.parametrize(("law", "says"), [
     (Rounded, "no response to 2 µ, one to more: a rounding or a dead zone"), (Relay, "a step: 0.1 µ change it as much"),
     (Kinked, "a kink: up and down differ by 40 %"), (Slower, "samples more slowly, or varies with time")])
-def test_what_has_no_derivative_is_named(law: type, says: str) -> None:
+def test_names_inputs_without_a_derivative(law: type, says: str) -> None:
     found = slope(law)
     assert says in found.verdict
     assert not found.response.any()
 
 
-def test_a_narrow_range_is_told() -> None:
+def test_reports_a_narrow_range() -> None:
     found = slope(Narrow)
     assert found.verdict == ""
     assert found.holds_to == pytest.approx(2e-6)

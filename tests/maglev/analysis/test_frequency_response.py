@@ -121,8 +121,8 @@ def integrator(s: complex) -> complex:
                           "sensitivity_frequency", "disk"}),
     (integrator, 0.1, 200.0, {"gain_down"}),
     (integrator, 5.0, 200.0, {"gain_down", "phase", "phase_frequency", "delay"})])
-def test_what_no_line_tells_is_not_known(response: Callable[[complex], complex], lowest: float, highest: float,
-                                         unknown: set[str]) -> None:
+def test_margins_beyond_the_lines_are_unknown(response: Callable[[complex], complex], lowest: float, highest: float,
+                                              unknown: set[str]) -> None:
     """Against the same loop at all frequencies: what is said to be known is what it is there."""
     everywhere, _ = loop_between(response, 1e-4, 1e3)
     margins, untold_of = loop_between(response, lowest, highest)
@@ -166,7 +166,7 @@ def test_command_line(fastest_fmus: Path, tmp_path: Path) -> None:
     assert "no measured signal 'x', expected one of v.measured, h.measured" in error_line(wrong)
 
 
-def test_grids_that_are_none() -> None:
+def test_refuses_impossible_grids() -> None:
     with pytest.raises(LinearModelError, match=r"from 10 to 7000 rad/s, expected .* half the sample rate, 6283"):
         make_grid(10.0, 7000.0, 5, 0.5e-3)
 
@@ -176,6 +176,6 @@ def test_grids_that_are_none() -> None:
     ({"seed": -1}, "seed = -1, expected a whole number from 0 on"), ({"lines": 6.5}, "lines = 6.5, expected a whole"),
     ({"lowest": "50 Hz"}, "lowest, highest: '50 Hz' is in Hz, expected a quantity in rad/s"),
     ({"settle": nan}, "settle = nan: nan is not a quantity"), ({"settle": -1}, "settle = -1: expected a time")])
-def test_options_that_are_none(fastest_fmus: Path, options: dict[str, Any], words: str) -> None:
+def test_refuses_impossible_options(fastest_fmus: Path, options: dict[str, Any], words: str) -> None:
     with pytest.raises(LinearModelError, match=words):
         frequency_response("Plant2DOF", "Regulator2DOF", {"v": 20e-3}, fmus=fastest_fmus, linear=False, **options)

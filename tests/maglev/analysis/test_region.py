@@ -28,7 +28,7 @@ def found() -> Region:
 
 
 @pytest.mark.thorough
-def test_a_region_has_what_was_asked_for(found: Region) -> None:
+def test_a_region_has_the_requested_candidates(found: Region) -> None:
     assert [each.name for each in found.candidates] == ["as set", "without", "synthesised"]
     assert found["as set"].gains == pytest.approx([1.1e-4] * 3)
     for each in found.candidates:
@@ -145,7 +145,7 @@ def test_at_25_mm_the_stage_holds_more_than_is_certified(fastest_fmus: Path) -> 
 
 
 @pytest.mark.thorough
-def test_what_is_run_stands_beside_what_is_certified(fastest_fmus: Path, tmp_path: Path,
+def test_simulated_steps_are_next_to_certified_steps(fastest_fmus: Path, tmp_path: Path,
                                                        monkeypatch: pytest.MonkeyPatch) -> None:
     """At 29 mm, where the stage falls first, it holds less than is certified of its linear loop."""
     shown = []
@@ -209,7 +209,7 @@ def page_rows(begin: str) -> list[list[str]]:
 
 
 @pytest.mark.thorough
-def test_the_page_has_what_is_run(fastest_fmus: Path) -> None:
+def test_the_page_has_the_simulated_steps(fastest_fmus: Path) -> None:
     """Steps somewhat smaller are held in both directions; larger ones, where there is room, are lost in one."""
     rows = page_rows(r"\| \d\d mm \|")
     assert len(rows) == 5
@@ -225,7 +225,7 @@ def test_the_page_has_what_is_run(fastest_fmus: Path) -> None:
 
 
 @pytest.mark.thorough
-def test_the_page_has_what_is_certified() -> None:
+def test_the_page_has_the_certified_steps() -> None:
     rows = [row for row in page_rows(r"\| [xyz] \|") if row[1] in ("(5.15)", "none", "synthesised")]
     assert len(rows) == 9
     for axis, name, printed, certified, *_ in rows:

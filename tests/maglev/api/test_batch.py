@@ -82,7 +82,7 @@ def test_samples_side_by_side_are_runs(native_fmus: Path, monkeypatch: pytest.Mo
     assert found["rms error of h"][0] != found["rms error of h"][2]
 
 
-def test_a_loop_that_cannot_be_compiled_is_said(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_names_a_loop_that_cannot_be_compiled(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*_: Any) -> bytes:
         raise ExportError("the C compiler refuses the sources")
 
@@ -118,8 +118,8 @@ def require_done(error: maglev.BatchInterrupted, least: int) -> None:
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_what_was_done_is_there_after_an_interrupt(native_fmus: Path, monkeypatch: pytest.MonkeyPatch,
-                                                   way: str) -> None:
+def test_finished_samples_are_there_after_an_interrupt(native_fmus: Path, monkeypatch: pytest.MonkeyPatch,
+                                                       way: str) -> None:
     only(way, monkeypatch)
 
     @contextmanager
@@ -188,7 +188,7 @@ def test_what_cannot_be_used_is_refused(native_fmus: Path, values: dict[str, lis
     assert words in str(refusal.value)
 
 
-def test_a_table_of_which_no_sample_could_be_run_again_is_refused(tmp_path: Path) -> None:
+def test_refuses_a_table_without_a_repeatable_sample(tmp_path: Path) -> None:
     table, masses = {"name": "mine"}, {"plant.v.mass": [4.0]}
     with pytest.raises(maglev.ScenarioError, match="batch: scenario = {'name': 'mine'}: expected a valid string"):
         maglev.batch(table, masses)   # type: ignore[arg-type]

@@ -72,7 +72,7 @@ def test_a_controller_that_is_not_there_is_refused_before_any_runs(fastest_fmus:
     assert not (tmp_path / "out").exists()
 
 
-def test_a_run_takes_a_controller_of_ours_by_its_name(fastest_fmus: Path) -> None:
+def test_a_run_takes_a_packaged_controller_by_its_name(fastest_fmus: Path) -> None:
     named, pathed = (maglev.run(NAME, fmus=fastest_fmus, controller=given)
                      for given in ("PID2DOF", fastest_fmus / "PID2DOF.fmu"))
     assert named.metrics == pathed.metrics != maglev.run(NAME, fmus=fastest_fmus).metrics
@@ -82,7 +82,7 @@ def test_a_run_takes_a_controller_of_ours_by_its_name(fastest_fmus: Path) -> Non
         maglev.run(NAME, fmus=fastest_fmus, controller="PIDDOF")
 
 
-def test_the_nearest_name_is_said(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_names_the_nearest_name(fastest_fmus: Path, tmp_path: Path) -> None:
     with pytest.raises(maglev.UnknownName, match=r"controller PIDDOF: .* nearest is 'PID\w+'"):
         maglev.compare(NAME, ["Regulator2DOF", "PIDDOF"], fmus=fastest_fmus)
     Path(tmp_path / "mine.fmu").touch()
@@ -133,7 +133,7 @@ class Hold:
         """Do nothing."""
 
 
-def test_a_class_beside_ours(fastest_fmus: Path) -> None:
+def test_compares_a_class_with_a_packaged_controller(fastest_fmus: Path) -> None:
     with pytest.warns(UserWarning, match="left out"):
         found = maglev.compare(NAME, ["Regulator2DOF", Hold], fmus=fastest_fmus)
     assert not found.runs["Regulator2DOF"].metrics.failed

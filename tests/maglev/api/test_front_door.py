@@ -68,13 +68,13 @@ def test_an_option_that_does_not_exist_is_refused() -> None:
     (maglev.tune, {"name": "mine"}, {}, "tuning file: {'name': 'mine'}, expected a name or a path"),
     (maglev.linearise_loop, "Plant3DOF", {"controller": None, "at": {"y": 0.025}},
      "None is no controller with a linear model, expected one of")])
-def test_what_is_of_another_kind_is_refused_by_its_name(function: Callable[..., object], given: Any,
-                                                        options: dict[str, Any], words: str) -> None:
+def test_refuses_an_argument_of_another_type_by_its_name(function: Callable[..., object], given: Any,
+                                                         options: dict[str, Any], words: str) -> None:
     with pytest.raises(maglev.MaglevError, match=f"^{re.escape(words)}"):
         function(given, **options)
 
 
-def test_what_is_said_is_said_at_the_line_of_the_caller(fastest_fmus: Path) -> None:
+def test_warnings_are_at_the_line_of_the_caller(fastest_fmus: Path) -> None:
     with pytest.warns(UserWarning, match=r"controller \(PID2DOF\.fmu\) starts with") as said:
         maglev.batch("2dof-step-1-linear", {"plant.v.mass": [4.3]}, controller=fastest_fmus / "PID2DOF.fmu",
                      fmus=fastest_fmus)

@@ -89,8 +89,8 @@ def test_a_text_in_html_is_no_html(run: maglev.Run, monkeypatch: pytest.MonkeyPa
     assert "a &lt;b&gt;bold&lt;/b&gt; title &amp; more" in run._repr_html_()
 
 
-def test_tables_go_where_they_are_wanted(run: maglev.Run, fastest_fmus: Path, tmp_path: Path,
-                                        monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_tables_go_to_files_in_a_notebook(run: maglev.Run, fastest_fmus: Path, tmp_path: Path,
+                                         monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """A console of rich's, in a notebook, displays what it prints, and leaves the file empty that it prints to.
 
     With FORCE_COLOR, as on many servers, it takes a file for a terminal.

@@ -118,7 +118,7 @@ def test_many_runs_of_a_class(fastest_fmus: Path, tmp_path: Path, pd: Any) -> No
     assert next(iter(results)) == "trial"
 
 
-def test_what_no_copy_can_be_made_of(fastest_fmus: Path, tmp_path: Path, pd: Any) -> None:
+def test_refuses_objects_that_cannot_be_copied(fastest_fmus: Path, tmp_path: Path, pd: Any) -> None:
     held = pd()
     held.file = (tmp_path / "log").open("w")
     with held.file, pytest.raises(maglev.ControllerError, match="an object of the class PD cannot be copied: .*pickle"):

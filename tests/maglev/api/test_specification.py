@@ -99,8 +99,8 @@ def test_fail_on_claims(fastest_fmus: Path, tmp_path: Path, claims: list[str], s
      "mine.toml: claim 'Soon there': the run has no settling_time to judge it on"),   # no reference steps
     ('[check.signals]\n"plant.v.position" = { absolute = "1 A" }',
      "absolute = '1 A': A given, expected a quantity in m")])
-def test_what_no_run_can_be_judged_on_is_refused_before_it(fastest_fmus: Path, tmp_path: Path, added: str,
-                                                             said: str) -> None:
+def test_refuses_criteria_that_no_run_can_decide(fastest_fmus: Path, tmp_path: Path, added: str,
+                                                   said: str) -> None:
     """It would take the judgement of all other runs with it."""
     result = maglev("run", scenario(tmp_path, added), "--fmus", fastest_fmus, "--out", tmp_path / "out")
     assert (result.exit_code, list(tmp_path.glob("out/*.csv"))) == (2, [])

@@ -54,7 +54,7 @@ def peak(run: maglev.Run) -> float:
     return value
 
 
-def test_what_friction_is_blamed_for_is_run_without_it(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_runs_blamed_on_friction_are_repeated_without_it(fastest_fmus: Path, tmp_path: Path) -> None:
     own, out = tmp_path / "own.toml", tmp_path / "out"
     own.write_text(OWN, encoding="utf-8")
     maglev.run_all([own], out=out, fmus=fastest_fmus, page=True, jobs=1)

@@ -277,7 +277,7 @@ def test_scripts_of_the_estimators(fmus: Path, tmp_path: Path, stage: str,
     assert all(abs(estimated[name] / guess - 1.0) > 0.1 for name, guess in zip(names, guesses, strict=True))
 
 
-def test_what_there_is_to_run() -> None:
+def test_lists_scenarios_to_run() -> None:
     assert "expected the name of a scenario, or --all" in error_line(maglev("run"))
     assert "--all and 3dof-setpoints: expected one of them" in error_line(maglev("run", "3dof-setpoints", "--all"))
 

@@ -60,7 +60,7 @@ def test_run_of_several_tells_of_each(fastest_fmus: Path, hold: Path, tmp_path: 
     assert "| `hold-ours` | Ours is better | p. 1 | mean tracking error < that of hold-theirs | " in claims
 
 
-def test_a_run_that_fails_is_told_of_and_the_others_stand(fastest_fmus: Path, hold: Path, tmp_path: Path) -> None:
+def test_a_failed_run_is_reported_and_the_others_complete(fastest_fmus: Path, hold: Path, tmp_path: Path) -> None:
     hold.write_text(hold.read_text() + '[variants.theirs.fmus.controller.start]\n"v.pole" = 5\n')
     result = maglev("run", hold, "--fmus", fastest_fmus, "--out", tmp_path)
     assert result.exit_code == 2
@@ -97,8 +97,8 @@ def test_a_scenario_of_ones_own_has_no_claims_of_the_thesis(fastest_fmus: Path, 
     assert all(name.startswith("mine") for name in runs[()])
 
 
-def test_a_run_ends_with_what_its_reader_wants(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-                                               ) -> None:
+def test_a_run_ends_with_verdicts_and_files(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+                                            ) -> None:
     """Steps, then verdicts, then files; its page is opened, the bounds of figures are in its text."""
     opened: list[str] = []
 
@@ -150,7 +150,7 @@ def procedure(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("maglev.api.running.evaluate_all", lambda *_: [outcome()])
 
 
-def test_run_tells_what_a_procedure_found(fastest_fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
+def test_run_prints_the_results_of_a_procedure(fastest_fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
     result = maglev("run", hold, "--fmus", fastest_fmus, "--out", tmp_path)
     assert result.exit_code == 0, result.output
     words = ("hold-ours", "1 procedure", "2dof-thrust: Thrust by parabolas", "Constants",
@@ -166,15 +166,15 @@ def test_run_tells_what_a_procedure_found(fastest_fmus: Path, hold: Path, tmp_pa
     assert "| `2dof-thrust` | The cogging force is 2 N | p. 34, Fig. 4.9 | " in claims
 
 
-def test_a_single_run_tells_what_its_procedure_found(fastest_fmus: Path, hold: Path, tmp_path: Path,
-                                                     procedure: None) -> None:
+def test_a_single_run_prints_the_results_of_its_procedure(fastest_fmus: Path, hold: Path, tmp_path: Path,
+                                                          procedure: None) -> None:
     hold.write_text(hold.read_text().partition("[variants.ours]")[0])
     result = maglev("run", hold, "--fmus", fastest_fmus, "--out", tmp_path)
     assert result.exit_code == 0, result.output
     assert result.output.index("hold: A short hold") < result.output.index("2dof-thrust: Thrust by parabolas")
 
 
-def test_report_shows_what_a_procedure_found(fastest_fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
+def test_report_shows_results_of_a_procedure(fastest_fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
     result = maglev("report", hold, "--fmus", fastest_fmus, "--out", tmp_path)
     assert result.exit_code == 0, result.output
     page = (tmp_path / "report.html").read_text()

@@ -199,7 +199,7 @@ def kept_more_than(number: int, parts: Path) -> bool:
 
 
 @pytest.mark.thorough
-def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_a_study_continues_with_resume(fastest_fmus: Path, tmp_path: Path) -> None:
     """Interrupted twice, whenever that is, its results are those, byte for byte, of one that was not.
 
     How many processes run each part makes no difference.

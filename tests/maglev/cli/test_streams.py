@@ -94,7 +94,7 @@ def test_a_build_shows_its_progress_where_a_person_looks_on(tmp_path: Path) -> N
     assert (done.exit_code, done.stderr) == (0, "")
 
 
-def test_what_is_nested_too_deeply_for_a_library_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+def test_too_deep_nesting_for_a_library_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     """Such as an expression for the translator to C; printing the traceback would itself recurse too deeply."""
     def nested(level: int) -> int:
         return nested(level + 1)

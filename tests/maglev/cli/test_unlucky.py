@@ -49,7 +49,7 @@ def test_two_runs_into_one_folder_leave_whole_files(fmus: Path, tmp_path: Path) 
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["short.csv", "short.json", "short.txt"]
 
 
-def test_a_full_disk_is_told_with_the_name_of_the_file(tmp_path: Path) -> None:
+def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
     path = tmp_path / "results.csv"
     path.write_text("before")
     with pytest.raises(OSError, match=r"No space left on device: .*results\.csv"), whole_file(path):
@@ -58,8 +58,8 @@ def test_a_full_disk_is_told_with_the_name_of_the_file(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_full_disk_does_not_hide_what_the_fmu_said(fmus: Path, tmp_path: Path,
-                                                     monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_does_not_hide_the_message_of_the_fmu(fmus: Path, tmp_path: Path,
+                                                          monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("maglev.runs.results.csv.writer", full_disk)
     with pytest.raises(RunFailed) as failure:
         execute(faulty_run(faulty("negative", tmp_path), fmus), tmp_path)

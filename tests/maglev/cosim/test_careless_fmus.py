@@ -99,14 +99,14 @@ WARNINGS = {
 
 @pytest.mark.few(5)
 @pytest.mark.parametrize("what", WARNINGS)
-def test_a_warning_is_told_once(tmp_path: Path, loop: object, what: str) -> None:
+def test_a_warning_is_printed_once(tmp_path: Path, loop: object, what: str) -> None:
     holes, said = WARNINGS[what]
     recording = simulated(small_fmu(tmp_path, holes), loop)
     assert recording.notes == (f"small (small.fmu) says: {said}",)
     assert len(recording.time) == 7
 
 
-def test_a_flaw_of_a_description_is_told_with_the_run(tmp_path: Path) -> None:
+def test_a_flaw_of_a_description_is_reported_with_the_run(tmp_path: Path) -> None:
     fmu = small_fmu(tmp_path, {})
     with zipfile.ZipFile(fmu) as archive:
         files = {name: archive.read(name) for name in archive.namelist()}
@@ -163,7 +163,7 @@ def test_counts_are_those_of_the_description(tmp_path: Path, hole: str, what: st
 
 @pytest.mark.parametrize("holes", [{}, {"IN_UPDATE": "*defined = true; *next = f->time + 0.013;"},
                                    {"IN_NOMINALS": "value[0] = 1e-9;"}])
-def test_one_for_model_exchange_that_does_as_it_should(tmp_path: Path, holes: dict[str, str]) -> None:
+def test_a_correct_fmu_for_model_exchange_runs(tmp_path: Path, holes: dict[str, str]) -> None:
     """With its event as x passes 0.5, and events of its own between the steps."""
     recording = simulated(small_fmu(tmp_path, holes, True))
     np.testing.assert_allclose(recording.columns["small.y"], np.exp(-recording.time), rtol=1e-6)

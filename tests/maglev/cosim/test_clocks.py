@@ -125,7 +125,7 @@ def test_a_clocked_controller_of_another_tool(native_fmus: Path, tmp_path: Path)
             name: column.tobytes() for name, column in found.items()}
 
 
-def test_a_build_says_what_clocks_need(tmp_path: Path) -> None:
+def test_a_build_names_the_needs_of_clocks(tmp_path: Path) -> None:
     said = error_line(maglev("build", "--kind", "native", "--clocked", "Regulator3DOF", "--fmus", tmp_path))
     assert said.endswith("clocked: needs kind = native and fmi = 3")
 
@@ -187,7 +187,7 @@ class Sums:
         return 0
 
 
-def test_clocks_of_others_tick_in_their_own_time(tmp_path: Path) -> None:
+def test_clocks_of_other_fmus_tick_in_their_own_time(tmp_path: Path) -> None:
     (tmp_path / "modelDescription.xml").write_text(CLOCKS)
     fast, slow = (ModelVariable(name, reference, "Clock") for name, reference in (("fast", 1), ("slow", 2)))
     variables = [fast, slow, ModelVariable("y3", 3, "Real", causality="output", clocks=[fast]),

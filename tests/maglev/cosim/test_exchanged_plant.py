@@ -44,7 +44,7 @@ def test_closed_loop(native_fmus: Path, fmi3_fmus: Path, tmp_path: Path, version
 @pytest.mark.parametrize(("update", "said"), [
     ((True, False, False, False, False, 0.0), "after 1000 events at one instant the FMU asks for another"),
     ((False, True, False, False, False, 0.0), "the FMU asks for the end of the simulation")])
-def test_events_that_do_not_end_and_an_end_are_said(update: tuple[object, ...], said: str) -> None:
+def test_reports_endless_events_and_an_early_end(update: tuple[object, ...], said: str) -> None:
     heard: list[str] = []
     step = Integration(None, ModelDescription(), lambda: update, heard.append)
     assert step(None, c_double(0.0), c_double(STEP), 1) == FAILED

@@ -175,7 +175,7 @@ class Tank(Fmi2Slave):
 """
 
 
-def test_start_values_of_each_type_of_others(tmp_path: Path) -> None:
+def test_start_values_of_each_type_of_third_party_fmus(tmp_path: Path) -> None:
     (tmp_path / "tank.py").write_text(TANK, encoding="utf-8")
     path = FmuBuilder.build_FMU(tmp_path / "tank.py", dest=tmp_path)
 
@@ -203,7 +203,7 @@ def test_step_that_is_not_positive(fmus: Path, step: float) -> None:
         Master(three(fmus)[:2], [], step)
 
 
-def test_setups_that_are_none(fmus: Path) -> None:
+def test_refuses_impossible_setups(fmus: Path) -> None:
     with pytest.raises(FmuError, match="two FMUs are called plant, expected"):
         Master([three(fmus)[1]] * 2, [], 2e-4)
     with pytest.raises(FmuError, match="order = 'parallel', expected one of sequential, jacobi"):
@@ -233,7 +233,7 @@ class Doubled:
         self.y = 2.0 * self.u
 
 
-def test_a_class_or_an_object_in_place_of_a_path() -> None:
+def test_takes_a_class_or_an_object_instead_of_a_path() -> None:
     for given in (Doubled, Doubled()):
         with Master([FmuSetup("law", given)], [], 0.5) as master:   # type: ignore[arg-type]
             assert master.run(1.0, {"law.u": [1.0, 2.0, 3.0]}).columns["law.y"].tolist() == [0.0, 2.0, 4.0]

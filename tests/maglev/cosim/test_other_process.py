@@ -279,7 +279,7 @@ def test_a_failure_after_rows_that_are_not_there_has_those_that_are(rows: int, t
 
 
 @pytest.mark.parametrize("name", ["track0.object", "track0.nonsense", "track1.float64"])
-def test_a_recording_of_which_there_is_no_file_is_named(name: str, tmp_path: Path) -> None:
+def test_names_a_recording_without_a_file(name: str, tmp_path: Path) -> None:
     (tmp_path / "track0.float64").write_bytes(bytes(40))
     (tmp_path / "track0.float64").rename(tmp_path / name)
     with pytest.raises(RunFailed, match="theirs.fmu. has truncated the file of the recording"):

@@ -188,8 +188,8 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("content", [lambda: built(ANOTHER_VERSION), lambda: built("int nothing;\n"),
                                      lambda: built(source().replace("maglev_step_over", "step_over_else")),
                                      lambda: b"no library"])
-def test_what_is_no_loop_of_this_version_is_left_alone(native_fmus: Path, own: Path, loops: list[bool],
-                                                       content: Callable[[], bytes]) -> None:
+def test_ignores_a_loop_of_another_version(native_fmus: Path, own: Path, loops: list[bool],
+                                           content: Callable[[], bytes]) -> None:
     loop = keep_loop(content())
     assert own_loop() == loop
     with no_loop():

@@ -46,7 +46,7 @@ def test_an_fmu_that_runs_python_loads_wherever_temporary_files_are(
     assert step_below(tmp_path / "a -._~Z9", python_fmu, monkeypatch) == tmp_path / "a -._~Z9"
 
 
-def test_where_no_folder_is_left_it_says_what_an_fmu_that_runs_python_needs(
+def test_without_a_folder_names_the_needs_of_fmus_that_run_python(
         tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Others need nothing."""
     inside = tmp_path / "R&D"

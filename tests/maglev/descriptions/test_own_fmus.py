@@ -56,7 +56,7 @@ def every(ending: str, by: Callable[[bytes], bytes]) -> Callable[[Contents], Non
 
 @pytest.mark.few(14)
 @pytest.mark.parametrize("name", DEFINITIONS)
-def test_what_is_built_is_ours(fmus: Path, native_fmus: Path, name: str) -> None:
+def test_a_built_fmu_is_recognised(fmus: Path, native_fmus: Path, name: str) -> None:
     assert built_here(fmus / f"{name}.fmu")
     assert built_here(native_fmus / f"{name}.fmu")
 
@@ -98,7 +98,7 @@ def test_the_date_does_not_matter(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     lambda contents: contents.pop("modelDescription.xml"),
 ], ids=["another library", "a byte more", "start values", "description", "guid", "date", "model", "a file more",
         "no description"])
-def test_what_is_changed_is_not(ours: Path, tmp_path: Path, change: Callable[[Contents], None]) -> None:
+def test_a_changed_fmu_is_not_recognised(ours: Path, tmp_path: Path, change: Callable[[Contents], None]) -> None:
     """Also where the GUID stays what it was, and whatever tool it says."""
     assert not built_here(changed(ours, tmp_path / f"{NAME}.fmu", change))
 
@@ -137,7 +137,7 @@ def test_one_that_only_says_so_is_not(ours: Path, tmp_path: Path) -> None:
     assert not built_here(tmp_path / f"{NAME}.fmu")
 
 
-def test_what_is_no_fmu_is_not(tmp_path: Path) -> None:
+def test_a_file_that_is_not_an_fmu_is_not_recognised(tmp_path: Path) -> None:
     (tmp_path / "text.fmu").write_text("not an archive")
     (tmp_path / "folder.fmu").mkdir()
     (tmp_path / "half.fmu").write_bytes(b"PK\3\4" + bytes(100))

@@ -8,7 +8,7 @@ from maglev.files import cache
 from maglev.files.session import SESSION
 
 
-def test_what_the_cache_cannot_take_is_kept_for_this_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_writable_cache_files_stay_in_this_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As under a home folder / of a user without one."""
     (tmp_path / "file").touch()
     monkeypatch.setenv(cache.PLACE, str(tmp_path / "file" / "cache"))
@@ -23,7 +23,7 @@ def test_what_the_cache_cannot_take_is_kept_for_this_process(tmp_path: Path, mon
     assert cache.kept("loops/1", "loop.so") is None
 
 
-def test_what_the_cache_can_take_is_kept_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_are_kept_in_the_cache_if_it_can_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(cache.PLACE, str(tmp_path))
     entry = cache.keep_here("loops/1", "loop.so", b"code")
     assert tmp_path in entry.path.parents and cache.kept("loops/1", "loop.so") == entry

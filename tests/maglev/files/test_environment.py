@@ -11,7 +11,7 @@ from maglev.files.environment import DATE, MOST_UNPACKED, NUMBERS, number_in
 
 @pytest.mark.parametrize("variable", NUMBERS)
 @pytest.mark.parametrize("text", ["1e9", "-1", " 1", "0x10", "9" * 5000, "٣", "²", "many"])
-def test_what_is_no_whole_number_is_refused(variable: str, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_refuses_a_value_that_is_not_whole(variable: str, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(variable, text)
     with pytest.raises(ValueError, match="expected (seconds|bytes)") as refusal:
         number_in(variable)

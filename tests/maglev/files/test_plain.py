@@ -102,7 +102,7 @@ NOTHING_OF_OURS = [
 
 
 @pytest.mark.parametrize("line", NOTHING_OF_OURS, ids=range(len(NOTHING_OF_OURS)))
-def test_what_is_no_report_is_refused(line: bytes) -> None:
+def test_refuses_bytes_that_are_not_a_report(line: bytes) -> None:
     with pytest.raises(ValueError):
         said_in(line)
 

@@ -78,7 +78,7 @@ def test_a_device_and_a_socket_are_named(tmp_path: Path) -> None:
     assert [regular(path) for path in (tmp_path, tmp_path / "none")] == [tmp_path, tmp_path / "none"]
 
 
-def test_what_lies_beside_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_leaves_other_files_of_the_folder_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A page, an index, the record of a run, an entry of the cache, the origin of copies."""
     for name in ("other.html", "index.html", "run.json", ORIGIN):
         pipe(tmp_path, name)

@@ -63,7 +63,7 @@ def test_a_killed_process_leaves_nothing_for_long(tmp_path: Path, other: subproc
         assert not SESSION.part(ScratchFolders).locks
 
 
-def test_what_a_person_has_called_so_stays(tmp_path: Path) -> None:
+def test_keeps_a_persons_file_with_such_a_name(tmp_path: Path) -> None:
     """Such a folder can be seen by others, or has a name that is none of `mkdtemp`."""
     (tmp_path / f"{PREFIX}notes").mkdir(mode=0o700)
     (tmp_path / f"{PREFIX}abcdefgh").mkdir(mode=0o755)
@@ -107,7 +107,7 @@ def test_a_file_whose_writer_was_killed_leaves_nothing_beside_the_next(tmp_path:
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
 
 
-def test_a_full_disk_is_told_with_the_folder_that_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_names_the_full_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What the system says names none; a file that has a name keeps it."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     full = OSError(errno.ENOSPC, "No space left on device")

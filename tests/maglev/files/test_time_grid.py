@@ -29,7 +29,7 @@ def test_rounding_is_on_the_grid(step: float, count: int) -> None:
 
 
 @given(step=STEPS, count=st.integers(1, 10**7), beside=st.floats(2e-6, 0.5))
-def test_what_is_beside_the_grid_is_not(step: float, count: int, beside: float) -> None:
+def test_times_off_the_grid_are_not_on_it(step: float, count: int, beside: float) -> None:
     time = (count + beside) * step
     exact = Fraction(time) / Fraction(step)
     if abs(exact - round(exact)) > 1.5e-6:   # the sum may have rounded it away

@@ -58,7 +58,7 @@ def test_refusals_name_value_and_expectation(value, words):
     ("5,25 mm", "expected a decimal point: '5.25 mm'"), ("3..5", "'3..5' is not a quantity, expected one number"),
     ("3-5", "expected one number"), ("1:30", "expected one number"),
     ("1/2 m", "expected one number"), ("1'000", "expected one number")])
-def test_what_may_be_meant_is_said(text, says):
+def test_names_the_unit_that_may_be_meant(text, says):
     with pytest.raises(QuantityError) as refusal:
         parse_quantity(text)
     assert says in str(refusal.value)
@@ -75,7 +75,7 @@ def test_composed_units_are_made_of_the_table(text, unit, value):
 
 @pytest.mark.parametrize(("text", "unit"), [
     ("2 Hz", "1/s"), ("2 Hz", "rad/s"), ("2 1/s", "rad/s"), ("2 V/rpm", "V.s"), ("1 m/s/s", "m/s"), ("2 N.m", "N/m")])
-def test_what_looks_alike_is_told_apart(text, unit):
+def test_distinguishes_similar_symbols(text, unit):
     with pytest.raises(QuantityError, match=f"expected a quantity in {unit}"):
         parse_quantity(text, unit)
 

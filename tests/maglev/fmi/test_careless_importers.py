@@ -65,7 +65,7 @@ fmu.fmi2FreeInstance(component)
 """).splitlines() == ["0 None"] * 4
 
 
-def test_state_saved_in_place_of_another_leaves_no_memory(either_kind: Path, tmp_path: Path) -> None:
+def test_a_state_saved_over_another_leaves_no_memory(either_kind: Path, tmp_path: Path) -> None:
     """A master that goes back and forth with one state; the handle of the state before is given (section 2.1.8)."""
     grown = printed(either_kind / "Plant2DOF.fmu", tmp_path / "fmu", """
 import os

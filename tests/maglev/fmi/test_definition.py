@@ -48,7 +48,7 @@ def test_a_path_reads_and_writes_what_python_does(path: str, start: float) -> No
 
 
 @pytest.mark.parametrize("path", ["parts[0].value + 1", "parts[-1].value", "__import__('os')", ""])
-def test_refuses_what_is_no_path(path: str) -> None:
+def test_refuses_a_text_that_is_not_a_path(path: str) -> None:
     with pytest.raises(ValueError, match="expected a path such as"):
         reader([path])
 

@@ -25,7 +25,7 @@ def by_clock(clocked_fmus: Path, tmp_path: Path) -> Instance:
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("interval", [SAMPLE, 3.3 * SAMPLE, 20 * SAMPLE])
-def test_fmpy_steps_as_it_likes(fmi3_fmus: Path, interval: float) -> None:
+def test_fmpy_chooses_its_steps(fmi3_fmus: Path, interval: float) -> None:
     """With event mode and early return, each sample is what steps on the grid give, whatever the step."""
     path = str(fmi3_fmus / f"{NAME}.fmu")
     time = np.arange(61) * SAMPLE

@@ -95,7 +95,7 @@ def set_logging(fmu: Fmu, on: bool, categories: list[str]) -> None:
 
 @pytest.mark.parametrize(("on", "categories"), [
     (True, []), (True, ["logStatusWarning"]), (False, []), (False, ["logStatusError"]), (False, ["logAll"])])
-def test_errors_are_said_whether_logging_is_on_or_off(load_native: Load, on: bool, categories: list[str]) -> None:
+def test_errors_are_logged_whether_logging_is_on_or_off(load_native: Load, on: bool, categories: list[str]) -> None:
     """FMI 2.0.5, section 2.1.3: for fmi2Error the logger was called."""
     fmu = started(load_native, "Plant3DOF")
     set_logging(fmu, on, categories)

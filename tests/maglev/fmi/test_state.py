@@ -92,7 +92,7 @@ def test_garbled_state_is_refused(load: Load) -> None:
 
 @pytest.mark.parametrize("change", [{"block": []}, {"block": ["1"]}, {"block": None}, {"slave": []}, {"slave": 7},
                                     {"slave": ["asleep", False, 0.0, 1.0]}], ids=range(6))
-def test_state_that_is_none_of_this_fmu_is_refused(load: Load, change: dict[str, object]) -> None:
+def test_refuses_a_state_of_another_fmu(load: Load, change: dict[str, object]) -> None:
     component = started(load, "Plant2DOF")
     data = json.loads(component.instance.serializeFMUstate(component.instance.getFMUState()))
     state = component.instance.deSerializeFMUstate(json.dumps(data | change).encode())

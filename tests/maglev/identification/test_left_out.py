@@ -118,7 +118,7 @@ def test_a_stage_without_effects_leaves_nothing_out() -> None:
     assert found.uncertainty == {name: 2.0 * error for name, error in found.standard_error.items()}
 
 
-def test_what_is_not_excited_is_not_known() -> None:
+def test_effects_of_unexcited_rows_are_unknown() -> None:
     data = record("2dof", 2.0, 1e-3)
     r = data.recording
     # Where h stands, the modulation passes for a weaker attraction: nothing tells them apart.

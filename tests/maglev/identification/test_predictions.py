@@ -72,7 +72,7 @@ def test_equilibrium_currents_hold_the_mover(case: tuple[str, np.ndarray, dict[s
             assert np.isnan(current)
 
 
-def test_where_no_current_holds_the_mover_there_is_none() -> None:
+def test_predicts_no_current_where_none_holds_the_mover() -> None:
     """Attraction and repulsion a hundred times as strong leave no equilibrium in small air gaps, but in large ones."""
     constants = constants_of("2dof")
     stiff = {**constants, "C2": 100.0 * constants["C2"], "C4": 100.0 * constants["C4"]}

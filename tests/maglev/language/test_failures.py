@@ -50,7 +50,7 @@ class Tank:
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc")
-def test_what_fails_says_why(tmp_path: Path) -> None:
+def test_failures_give_their_reason(tmp_path: Path) -> None:
     methods = "".join(f"    def case_{k}(self):\n        return {case}\n\n" for k, case in enumerate(CASES))
     block = load_block(tmp_path, BLOCK + methods, "Tank")
     program = Program(block)

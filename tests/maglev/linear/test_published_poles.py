@@ -58,7 +58,7 @@ def test_the_sign_of_the_fourth_gain() -> None:
     assert np.abs(corrected / printed - 1.0).max() < 0.02 < 0.3 < np.abs(as_printed / printed - 1.0).max()
 
 
-def test_what_moves_the_slow_poles_is_the_ripple(tool: ModuleType) -> None:
+def test_the_ripple_moves_the_slow_poles(tool: ModuleType) -> None:
     """What the page says of Ky (5.14): without the ripple the loop's slow pairs are those that are printed."""
     ky = tool.SETS[-1]
     slow = tool.axis_rates(tool.loop_with(ky, {"y.ripple.amplitude": 0.0}), "y")[:4]

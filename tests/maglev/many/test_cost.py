@@ -26,7 +26,7 @@ def test_the_worst_plant_or_the_mean_of_all() -> None:
 
 @pytest.mark.parametrize("broken", [[1.0, 1.0, 0.1, 1.0], [0.0, inf, 0.1, 1.0], [0.0, 1.0, 0.51, 1.0],
                                     [nan, nan, nan, nan]])
-def test_what_breaks_a_limit_costs_more_than_anything_that_does_not(broken: list[float]) -> None:
+def test_breaking_a_limit_costs_more_than_keeping_all(broken: list[float]) -> None:
     assert cost([0.0, 1.0, 0.1, 1.0], broken) > REFUSED > cost([0.0, 1e5, 0.5, inf], [0.0, 1e5, 0.5, inf])
 
 

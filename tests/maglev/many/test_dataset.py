@@ -63,7 +63,7 @@ EDITS: dict[str, Edit] = {
 
 
 @pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
-def test_an_edited_one_is_none(edit: Edit, tmp_path: Path) -> None:
+def test_refuses_an_edited_dataset(edit: Edit, tmp_path: Path) -> None:
     """Also where the digest is kept in it, as nobody does by accident."""
     path = written(tmp_path / "s.parquet")
     assert is_as_written(path, "k") and not is_as_written(path, "l")

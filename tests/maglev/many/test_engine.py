@@ -54,7 +54,7 @@ def test_a_dead_process_costs_its_batch(fastest_fmus: Path, tmp_path: Path, monk
     assert np.array_equal(np.concatenate([found[first].values for first in sorted(found)]), expected.values)
 
 
-def test_an_interrupted_study_goes_on_to_the_same_bytes(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_an_interrupted_study_continues_to_the_same_bytes(fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, keep=["plant.v.position"])
     whole = simulated(study, tmp_path / "whole")
 

@@ -35,14 +35,14 @@ def test_parameters_of_a_controller_in_python() -> None:
     ("2dof-pid-large", "controller = PID2DOF: expected an output regulator, whose poles are tuned, or "
      "controller = FILE"),
     ("nope", "there is no scenario 'nope'; there are '")])
-def test_what_has_no_poles_is_refused(scenario: str, message: str) -> None:
+def test_refuses_a_controller_without_poles(scenario: str, message: str) -> None:
     with pytest.raises(MaglevError, match=message):
         maglev.new_tuning("quicker", scenario)
     assert not Path("quicker.toml").exists()
 
 
 @pytest.mark.usefixtures("slow")
-def test_controller_beside_the_file_is_tuned() -> None:
+def test_tunes_a_controller_next_to_the_file() -> None:
     """Twelve runs of half a second: the values found are within those searched, and the controller's."""
     maglev.new_controller("pd.py", "2dof")
     text = maglev.new_tuning("quicker", "2dof-smooth-nonlinear", "pd.py").read_text("utf-8")

@@ -83,8 +83,8 @@ def test_a_sample_that_hangs_costs_none_of_the_others(fastest_fmus: Path, tmp_pa
 
 
 @pytest.mark.parametrize(("values", "code"), [("0.7 ms,0.9 ms", 2), ("0.5 ms,0.7 ms", 0)])
-def test_a_study_of_which_no_sample_comes_to_its_end(values: str, code: int, fastest_fmus: Path,
-                                                     tmp_path: Path) -> None:
+def test_a_study_without_a_completed_sample(values: str, code: int, fastest_fmus: Path,
+                                            tmp_path: Path) -> None:
     """It says so in its last line and in its exit code; its results are there."""
     result = command("study", trial(tmp_path), "--vary", f"controller.sample_time={values}", "--fmus", fastest_fmus,
                      "--out", tmp_path, "--jobs", "1")

@@ -59,7 +59,7 @@ def test_where_there_are_no_indices_it_says_why(about: dict[str, Any], failure: 
     assert words in note
 
 
-def test_what_never_settled_has_no_indices() -> None:
+def test_samples_that_never_settle_have_no_indices() -> None:
     at = points()
     values = at[:, 0].copy()
     values[3] = np.inf
@@ -119,7 +119,7 @@ def test_of_values_at_random_the_share_that_passes_is_told_with_its_uncertainty(
     assert (last.low, last.high) == (0.0, pytest.approx(z2 / (40 + z2)))   # of 0 in 40 its closed form
 
 
-def test_what_has_no_influence_is_seldom_said_to_have_one() -> None:
+def test_quantities_without_influence_seldom_appear_to_have_one() -> None:
     draw, wrong = np.random.default_rng(2), 0
     for _ in range(200):
         passed = draw.random(60) < 0.7

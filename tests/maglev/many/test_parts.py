@@ -183,8 +183,8 @@ def shortened(path: Path) -> None:
     (lambda out: (out / "study.parts" / "samples-0000001.parquet").write_bytes(b"PAR1"), 0, 1)],
     ids=["nothing", "deleted trajectories", "empty", "truncated", "truncated trajectories", "copied over another",
          "swapped", "renamed", "foreign", "another file"])
-def test_what_is_missing_or_broken_is_run_again(damage: Damage, again: int, broken: int, here: Here,
-                                                  fastest_fmus: Path, tmp_path: Path) -> None:
+def test_missing_or_broken_parts_are_run_again(damage: Damage, again: int, broken: int, here: Here,
+                                                 fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, keep=["plant.v.position"])
     assert {batch.last - batch.first for batch in study.batches[:-1]} == {3}
     whole = here.study(study, tmp_path / "whole")
@@ -198,7 +198,7 @@ def test_what_is_missing_or_broken_is_run_again(damage: Damage, again: int, brok
         "of 20 samples are complete, the others are run again"])
 
 
-def test_parts_of_another_study_are_none_of_this(here: Here, fastest_fmus: Path, tmp_path: Path) -> None:
+def test_ignores_parts_of_another_study(here: Here, fastest_fmus: Path, tmp_path: Path) -> None:
     """Parts have the right names and are whole: those of the same study with other masses."""
     study = planned(tmp_path, fastest_fmus, keep=["plant.v.position"])
     other = planned(tmp_path, fastest_fmus, keep=["plant.v.position"], vary=[
@@ -216,7 +216,7 @@ def test_parts_of_another_study_are_none_of_this(here: Here, fastest_fmus: Path,
     assert "2 of the parts are missing or changed; 9 of 20 samples are complete" in here.said[0]
 
 
-def test_what_is_changed_meanwhile_is_never_merged(here: Here, fastest_fmus: Path, tmp_path: Path) -> None:
+def test_never_merges_parts_that_change_meanwhile(here: Here, fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, keep=["plant.v.position"])
     whole = here.study(study, tmp_path / "whole")
 
@@ -272,8 +272,8 @@ NO_FILES: dict[str, Callable[[Path], Any]] = {
 
 @pytest.mark.parametrize("kind", NO_FILES)
 @pytest.mark.parametrize("place", ["study.json", "samples-0000003.parquet", "what.ever", ".study.parts.lock"])
-def test_what_is_no_file_is_named_and_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str,
-                                                 place: str) -> None:
+def test_names_and_ignores_entries_that_are_not_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str,
+                                                      place: str) -> None:
     """Nobody waits for a pipe, and nothing is written to where a link leads."""
     monkeypatch.chdir(tmp_path)   # the path of a socket has a largest length
     parts = Parts(Path("study.parts"), "key")
@@ -294,7 +294,7 @@ def test_what_is_no_file_is_named_and_left_alone(tmp_path: Path, monkeypatch: py
     assert os.path.lexists(path)
 
 
-def test_what_a_process_left_as_it_wrote_goes(tmp_path: Path) -> None:
+def test_removes_unfinished_files_of_a_process(tmp_path: Path) -> None:
     """Killed between the making of a folder for what is unfinished and the end of it."""
     parts = Parts(tmp_path / "it.parts", "key")
     parts.begin()

@@ -35,7 +35,7 @@ def test_noise_has_its_power_in_all_bands() -> None:
     assert np.sqrt(np.sum(bands**2)) == pytest.approx(np.sqrt(middles[-1] * 2.0 ** (1.0 / 6.0) / 500.0), rel=0.03)
 
 
-def test_what_has_no_linear_model_is_told() -> None:
+def test_names_loops_without_a_linear_model() -> None:
     run = recorded(packaged("2dof-setpoints"))
     said, curves = margins_section({"mine": run})
     assert said == "<p>mine is left out here: no plant and controller of this project are in it.</p>" and not curves

@@ -99,7 +99,7 @@ def test_every_run_has_the_bits_of_the_native_fmus(tab: Tab, native_fmus: Path) 
 
 
 @pytest.mark.parametrize("tab", [(WIDE, "3dof-setpoints-improved&speed=5")], ids=[""], indirect=True)
-def test_what_hands_do_shows(tab: Tab, browser, whole: Path) -> None:
+def test_the_page_shows_the_actions_of_hands(tab: Tab, browser, whole: Path) -> None:
     page = tab.page
     wait_until(page, "maglevLive.frame.time > 4")
     page.select_option("#speed", "1")
@@ -175,7 +175,7 @@ def test_what_a_reference_has_brought_down_is_lifted_again(tab: Tab) -> None:
 
 
 @pytest.mark.parametrize("tab", [(WIDE, "5dof-setpoints")], ids=[""], indirect=True)
-def test_what_goes_wrong_shows_and_is_gone_when_it_is_taken_back(tab: Tab) -> None:
+def test_an_error_shows_until_its_cause_is_undone(tab: Tab) -> None:
     page = tab.page
     tab.evaluate(STAY)
     wait_until(page, "maglevLive.frame.time > 5")   # it rests

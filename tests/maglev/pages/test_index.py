@@ -97,7 +97,7 @@ def test_on_a_phone_the_index_opens_and_closes(phone):
     assert 0 < top < PHONE["height"] / 2
 
 
-def test_what_is_far_from_the_view_is_released(tab):
+def test_plots_far_from_the_view_are_released(tab):
     tab.evaluate("location.hash = 'figure-4-18'")
     wait_until(tab.page, "document.querySelector('[data-figure=\"figure-4-18\"] .line')")
     assert len(tab.evaluate("Object.keys(maglevReport.plots)")) < 10

@@ -80,7 +80,7 @@ def test_a_block_is_translated_as_it_reads() -> None:
 
 
 @pytest.mark.parametrize("line", ["x = 2.0 ** t"])
-def test_what_blocks_do_not_have_is_refused(line: str) -> None:
+def test_refuses_syntax_that_blocks_do_not_have(line: str) -> None:
     with pytest.raises(ControllerError, match=r"^'.*' cannot be put into JavaScript"):
         module_in_javascript(f'"""M."""\n\n\nclass A:\n    def step(self, t):\n        {line}\n')
 

@@ -241,7 +241,7 @@ def test_a_page_of_a_stage_of_ones_own(mine: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("slow")
-def test_what_a_page_of_ones_own_lacks_is_said(mine: Path, tmp_path: Path) -> None:
+def test_names_the_missing_parts_of_a_users_page(mine: Path, tmp_path: Path) -> None:
     description = tmp_path / "mine.toml"
     description.write_text(description.read_text(encoding="utf-8").replace("mass = 6.9 ", "mass = 6.8 "),
                            encoding="utf-8")

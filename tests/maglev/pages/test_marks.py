@@ -66,7 +66,7 @@ def test_of_currents_to_both_sides_and_only_in_the_figures_that_are_cited():
     assert len(marks(everywhere)) == 2
 
 
-def test_marks_are_drawn_and_named_beside_the_curves(browser, tmp_path):
+def test_marks_are_drawn_and_named_next_to_the_curves(browser, tmp_path):
     claims = [stated(metric="settling_time", band="0.1 mm", target="0.5 s", **STEP),
               stated(metric="overshoot", target=0.5, **STEP)]
     write_report(tmp_path / "report.html", [run()], {"2dof-setpoints": claims})

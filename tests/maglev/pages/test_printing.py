@@ -213,7 +213,7 @@ def test_a_picture_marks_limits_that_are_near_and_when_a_stop_was_touched():
      "ended off target: 1.04 mm on h"),
     ({"end_errors": {"v": 1e-6, "h": 2e-3}}, "completed: largest end error 2 mm on h", "completed, 2 mm on h"),
     ({}, "completed", "completed")])
-def test_how_a_run_ended_is_told_in_order_of_time(metrics, text, cell):
+def test_the_ending_has_events_in_order_of_time(metrics, text, cell):
     result = recorded(packaged("2dof-setpoints"), **metrics)
     assert run_text(result, []).splitlines()[-1] == text
     assert short_outcome(result) == cell
@@ -242,7 +242,7 @@ def test_the_window_of_a_step_is_printed_with_what_cut_it_short():
     assert any(row.startswith("6.5 to 8.25 s v 20 mm 22 mm") for row in rows)
 
 
-def test_a_run_that_did_not_complete_is_told_with_its_reason():
+def test_a_run_that_did_not_complete_has_its_reason():
     result = failed(packaged("2dof-setpoints"), "[b] no step")
     assert run_text(result, []).splitlines()[1] == short_outcome(result) == "did not complete: [b] no step"
 

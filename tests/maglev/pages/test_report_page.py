@@ -114,7 +114,7 @@ def test_values_that_are_not_finite_are_left_out():
     assert "plant.motor.i_a" not in run["signals"]
 
 
-def test_the_page_has_what_was_recorded(page):
+def test_the_page_has_the_recorded_runs(page):
     result = recorded(packaged("3dof-setpoints"))
     run = page.data["runs"]["3dof-setpoints"]
     for name, (time, values) in unpack(run).items():

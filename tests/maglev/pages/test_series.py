@@ -41,7 +41,7 @@ def test_lines_between_kept_rows_are_within_the_tolerance(values, tolerance, mos
 
 
 @given(signals, tolerances, st.sampled_from([40, 4000]))
-def test_what_is_unpacked_is_what_was_packed(values, tolerance, most):
+def test_unpacked_series_equal_the_packed_ones(values, tolerance, most):
     time = times(values)
     packed = json.loads(json.dumps(pack(time, {"a": values, "b": -values}, INTERVAL, {"a": tolerance, "b": 1.0}, most)))
     unpacked = unpack(packed)

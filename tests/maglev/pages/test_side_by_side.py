@@ -70,12 +70,12 @@ def test_every_step_is_a_row_and_the_worst_of_all_is_the_summary() -> None:
     assert (worst.text("a"), worst.text("b")) == ("3 s", "not settled")
 
 
-def test_what_one_run_lacks_is_a_dash_and_not_its_best() -> None:
+def test_a_missing_value_is_a_dash_and_not_the_best() -> None:
     (row,) = measure_rows({"a": settled(1.0), "b": []})
     assert (row.text("b"), row.best) == ("–", ())
 
 
-def test_what_never_ends_is_null_as_json() -> None:
+def test_an_infinite_time_is_null_in_json() -> None:
     assert [each["value"] for each in measures_data(settled(1.0, math.inf))] == [1.0, None]
 
 
@@ -136,7 +136,7 @@ def test_runs_of_one_rms_error_are_not_alike_where_settling_and_overshoot_differ
         "a is better in 4 of 6 rows about axes (most in overshoot of v, 1.4 % against 37 %).")
 
 
-def test_what_never_settles_weighs_more_than_what_is_zero(plan: RunPlan) -> None:
+def test_never_settling_weighs_more_than_a_zero(plan: RunPlan) -> None:
     measures = {"a": axis_measures(1e-5, 0.1, 0.0), "b": axis_measures(1e-5, math.inf, 0.001)}
     said = comparison_verdict({label: recorded(plan) for label in measures}, summary(measure_rows(measures)))
     assert "most in settling time to 0.1 mm of v, 0.1 s against not settled" in said

@@ -301,7 +301,7 @@ def test_a_run_that_ends_early(fmus: Path, baselines: Path, monkeypatch: pytest.
     assert updated(short(), fmus, {}, [], baselines).message == "at t = 0.3 s: refused"
 
 
-def test_update_says_what_moved(fmus: Path, baselines: Path) -> None:
+def test_update_lists_the_changes(fmus: Path, baselines: Path) -> None:
     old = read_baseline(baselines, short())
     assert describe(updated(short(), fmus, {}, [], baselines)) == (
         "2dof-setpoints: unchanged, 3 signals at 31 samples to t = 1.5 s")
@@ -325,7 +325,7 @@ def test_update_takes_the_signals_of_the_scenario(fmus: Path, baselines: Path) -
     assert {*read_baseline(baselines, short()).columns} == {"plant.v.position", "plant.motor.i_q"}
 
 
-def test_update_replaces_what_cannot_be_read(fmus: Path, baselines: Path) -> None:
+def test_update_replaces_unreadable_baselines(fmus: Path, baselines: Path) -> None:
     samples = baseline_file(baselines, "2dof-setpoints")
     intact = samples.read_text()
     samples.write_text(intact.replace("\n0.1,", "\nfast,"))

@@ -101,7 +101,7 @@ def test_what_comes_closer_to_its_figure_never_has_the_worse_verdict(pairs):
 OVER = {"metric": "overshoot", "axis": "y", "relation": "<", "target": "30 %"}
 
 
-def test_nothing_comes_within_a_tenth_of_what_is_assumed():
+def test_an_assumed_figure_has_no_verdict_within_a_tenth():
     assert verdict(**OVER) == ("within 10 %", 0.32)
     assert verdict(**OVER, assumed=True) == ("not reproduced", 0.32)
     assert verdict(**{**OVER, "target": "33 %"}, assumed=True) == ("reproduced", 0.32)

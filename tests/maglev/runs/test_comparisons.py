@@ -146,7 +146,7 @@ def test_a_claim_says_what_kind_it_is(table: dict[str, Any], kind: str) -> None:
     assert claim(**table).kind == kind
 
 
-def test_thresholds_of_ours_are_said_in_the_source() -> None:
+def test_sources_mark_thresholds_of_this_project() -> None:
     limit = {"metric": "overshoot", "relation": "<", "target": "30 %"}
     assert claim(**limit).cited == "p. 1"
     assert claim(**limit, assumed=True).cited == "p. 1; the limit is ours"

@@ -24,13 +24,13 @@ ENDINGS = [
 
 
 @pytest.mark.parametrize(("metrics", "said", "why"), ENDINGS)
-def test_an_ending_says_what_when_and_on_which_axis(metrics: Metrics, said: str, why: str) -> None:
+def test_an_ending_has_cause_time_and_axis(metrics: Metrics, said: str, why: str) -> None:
     plan = load_plan("3dof-setpoints")
     assert ending(plan, metrics) == said
     assert cause(said) == why
 
 
-def test_many_runs_are_said_as_each_of_them() -> None:
+def test_endings_of_many_runs_equal_those_of_each() -> None:
     plan = load_plan("3dof-setpoints")
     runs = [metrics for metrics, _, _ in ENDINGS]
     never = [inf if time is None else time for run in runs for time in (run.stop_contact, run.tripped)]

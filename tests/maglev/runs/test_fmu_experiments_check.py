@@ -43,7 +43,7 @@ def ssv(parameter: str, value: str) -> str:
             f'name="n"><p:Parameters><p:Parameter {parameter}>{value}</p:Parameter></p:Parameters></p:ParameterSet>')
 
 
-def test_every_fmu_repeats_what_it_carries(fastest_fmus: Path) -> None:
+def test_every_fmu_repeats_its_embedded_experiments(fastest_fmus: Path) -> None:
     results = check_fmus(sorted(fastest_fmus.glob("*.fmu")), jobs=2)
     assert [f"{result.name}: {result.message}" for result in results if result.status != "passed"] == []
     assert len(results) > 60
@@ -111,7 +111,7 @@ def test_booleans_as_fmpy_writes_them(fmus: Path, tmp_path: Path, fall: list[flo
         assert outcome(path)[0] == status
 
 
-def test_files_beside_an_fmu(fmus: Path, tmp_path: Path, fall: list[float]) -> None:
+def test_reads_experiments_next_to_an_fmu(fmus: Path, tmp_path: Path, fall: list[float]) -> None:
     """Of the FMI cross-check: under a force that is in a file the stage falls otherwise, beyond the tolerance."""
     path = carrying(fmus / "Plant2DOF.fmu", tmp_path / "fall.fmu", {})
     (tmp_path / "fall_ref.csv").write_text(table(fall))
@@ -259,7 +259,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_what_is_broken_is_named(name: str, fmus: Path, tmp_path: Path) -> None:
+def test_names_the_broken_file(name: str, fmus: Path, tmp_path: Path) -> None:
     inside, files, expected = BROKEN[name]
     given = {"fall.csv": FALL, **files}
     path = carrying(fmus / "Plant2DOF.fmu", tmp_path / "any.fmu", {

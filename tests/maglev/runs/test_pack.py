@@ -67,7 +67,7 @@ def test_a_packed_scenario_is_repeated(fmus: Path, mine: Path, tmp_path: Path) -
     assert contents(mine) == after
 
 
-def test_what_cannot_be_packed(fmus: Path, mine: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_refuses_to_pack_such_runs(fmus: Path, mine: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = mine.read_bytes()
     line = error_line(maglev("pack", "ref", mine, "2dof-smooth-nonlinear", "--fmus", fmus))
     assert "does not name" in line

@@ -33,7 +33,7 @@ def unit(name: str, **base: object) -> str:
     return f"<c:Unit name={quoteattr(name)}><c:BaseUnit {of}/></c:Unit>"
 
 
-def test_what_our_own_writer_writes_is_read(tmp_path: Path) -> None:
+def test_reads_the_files_that_maglev_writes(tmp_path: Path) -> None:
     values = [Value("y.mass", "Real", 0.1 + 0.2, "kg"), Value("C1", "Real", 14.2), Value("n", "Integer", 3),
               Value("antiwindup", "Boolean", True)]
     path = tmp_path / "a.ssv"
@@ -97,7 +97,7 @@ def test_refusals(tmp_path: Path, parameters: str, units: str, says: str) -> Non
 
 @pytest.mark.parametrize(("text", "says"), [
     ("", "no element found"), ("<a", "expected a parameter set"), ("<a/>", "the root element is 'a', expected ssv:")])
-def test_what_is_no_parameter_set(tmp_path: Path, text: str, says: str) -> None:
+def test_refuses_files_that_are_not_parameter_sets(tmp_path: Path, text: str, says: str) -> None:
     path = tmp_path / "mine.ssv"
     path.write_text(text)
     with pytest.raises(ScenarioError, match=says):

@@ -55,7 +55,7 @@ def test_two_scenarios_of_one_name_are_refused(tmp_path: Path) -> None:
         select([str(path) for path in paths])
 
 
-def test_what_claims_compare_with_is_run_as_well() -> None:
+def test_runs_that_claims_compare_with_are_run_too() -> None:
     linear = [load_plan("2dof-step-1-linear")]
     assert [run.name for run in compared_with(linear)] == ["2dof-step-1-nonlinear"]
     assert compared_with(load_plans("2dof-step-1")) == []

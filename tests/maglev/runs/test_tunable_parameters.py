@@ -101,8 +101,8 @@ def test_faults_come_and_go(either_kind: Path, tmp_path: Path) -> None:
     ("h.position", "[1, 2]", "'h.position' is of causality output, expected input or parameter"),
     ("h.mass", '["1 m", "2 m"]', "m given, expected a quantity in kg"),
     ("motor.i_a_cmd", "[1, 2]", "the input is fed by fmus.plant.inputs")])
-def test_what_cannot_change_is_refused_by_its_name(fmus: Path, tmp_path: Path, name: str, values: str,
-                                                   expected: str) -> None:
+def test_refuses_a_fixed_parameter_by_its_name(fmus: Path, tmp_path: Path, name: str, values: str,
+                                               expected: str) -> None:
     plan = drive(tmp_path, STEP.format(name=name, times="[0, 0.01]", values=values))
     with pytest.raises(ScenarioError) as caught:
         prepare(plan, fmus, {}, {}).check()

@@ -89,7 +89,7 @@ def test_only_values_with_a_counterpart_are_compared() -> None:
 
 
 @pytest.mark.parametrize("make", [about_a_run, about_a_procedure])
-def test_what_was_not_run_has_no_verdict(make: Any) -> None:
+def test_a_missing_run_has_no_verdict(make: Any) -> None:
     claim = make(relation="<", target=1)
     assert judge(claim, None) == ClaimResult(claim, None, "not run")
 

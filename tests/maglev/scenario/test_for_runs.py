@@ -83,7 +83,7 @@ def test_native_where_there_is_a_compiler_with_the_same_bits(here: Path, native_
     assert native["plant.v.position"].tobytes() == python["plant.v.position"].tobytes()
 
 
-def test_an_edited_stage_is_built_anew(here: Path, no_compiler: None) -> None:
+def test_an_edited_stage_is_rebuilt(here: Path, no_compiler: None) -> None:
     maglev.new_stage("mine.toml", "2dof")
     (here / "mine-short.toml").write_text(SHORT.replace("2dof", "mine"), encoding="utf-8")
     text = (here / "mine.toml").read_text(encoding="utf-8")
@@ -117,7 +117,7 @@ def test_a_key_follows_the_sources(here: Path, monkeypatch: pytest.MonkeyPatch) 
     assert fmu_key("Plant2DOF", PYTHON) not in keys
 
 
-def test_a_file_that_was_changed_is_built_anew(here: Path, no_compiler: None) -> None:
+def test_a_changed_file_is_rebuilt(here: Path, no_compiler: None) -> None:
     with pytest.warns(UserWarning, match="PID2DOF: Python FMUs"):
         fmus_for_runs(["PID2DOF"])
     path, = (here / "cache").rglob("*.fmu")
@@ -221,7 +221,7 @@ def no_home(*_: object, **_options: object) -> Path:
     raise RuntimeError("could not determine the home directory")
 
 
-def test_what_is_asked_for_in_vain() -> None:
+def test_refuses_unknown_names_and_kinds() -> None:
     with pytest.raises(BuildError, match="there is no FMU Plant2DOV, nearest is 'Plant2DOF'"):
         fmus_for_runs(["Plant2DOV"])
     with pytest.raises(MaglevError, match="kind = nativ: expected python or native"):

@@ -90,7 +90,7 @@ def test_lists_are_replaced(write):
     assert load_plan(path).connections == []
 
 
-def test_csv_lies_beside_its_scenario(write):
+def test_finds_a_csv_next_to_its_scenario(write):
     path = write(("kind = \"steps\"\ntimes = [0, 1]\nvalues = [\"25 mm\", \"27 mm\"]",
                   "kind = \"csv\"\nfile = \"gap.csv\"\ncolumn = \"gap\"\nunit = \"mm\""))
     (path.parent / "gap.csv").write_text("time,gap\n0,25\n")

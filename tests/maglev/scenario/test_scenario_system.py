@@ -20,7 +20,7 @@ def system(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_what_signals_lead_to_are_inputs(system: Path) -> None:
+def test_inputs_driven_by_signals_become_system_inputs(system: Path) -> None:
     """Outputs that are called as one of them stay within."""
     described = read_ssd(str(system))
     ports = {kind: {each.name for each in described.system.connectors if each.kind == kind}
@@ -61,7 +61,7 @@ def test_what_the_run_sets_is_in_both_files(system: Path) -> None:
      r"fmus\.controller\.start_from: .* expected `start`"),
     ('[fmus.controller.inputs]\nomega0 = "plant.y.encoder"\n',
      r"something leads to controller\.omega0, a fixed parameter, expected inputs and tunable parameters")])
-def test_what_a_system_cannot_have_is_said(tmp_path: Path, table: str, words: str) -> None:
+def test_names_parts_that_a_system_cannot_have(tmp_path: Path, table: str, words: str) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(f'extends = ["loops/3dof.toml"]\nname = "mine"\ntitle = "Mine"\nstop_time = "1 s"\n{table}',
                     encoding="utf-8")

@@ -84,7 +84,7 @@ def in_modules(folder: Path, name: str = "model.py") -> Path:
         ("limited(holding", "self.limit.limited(holding"), ("limited(travel", "self.limit.limited(travel"), name=name)
 
 
-def test_modules_beside_the_file_are_carried(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_carries_modules_next_to_the_file(fastest_fmus: Path, tmp_path: Path) -> None:
     """Also where they are called as the C of our layer is."""
     require_native_tools()
     path, plan = in_modules(tmp_path), trial(tmp_path)
@@ -118,7 +118,7 @@ def test_modules_keep_names_of_their_own(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("slow")
-def test_what_is_not_carried_is_said(tmp_path: Path) -> None:
+def test_names_modules_that_are_not_carried(tmp_path: Path) -> None:
     path = controller(tmp_path, ("LARGEST = 6.0\n", "import numpy as np\n\nLARGEST = float(np.float64(6.0))\n"))
     result = maglev("build", path, "--fmus", tmp_path)
     assert result.exit_code == 0, result.output

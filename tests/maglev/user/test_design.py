@@ -158,7 +158,7 @@ def test_force_left_over_is_that_of_the_plant(tmp_path: Path) -> None:
      [r"v = 3.5 mm: i_d = 3.79 A holds the mover, expected less than 3 A: a larger limit"]),
     ({"continuous = 3.2": "continuous = 2.5"},
      [r"v = 3.5 mm: i_d = 3.79 A holds the mover, the amplifiers give continuously 3.54 A"])])
-def test_what_runs_badly_is_said(tmp_path: Path, changes: dict[str, str], warnings: list[str]) -> None:
+def test_warns_of_designs_that_run_badly(tmp_path: Path, changes: dict[str, str], warnings: list[str]) -> None:
     path, _ = new_stage(tmp_path / "heavy.toml", motor=REAL)
     text = path.read_text(encoding="utf-8")
     for old, new in changes.items():
@@ -200,7 +200,7 @@ def test_the_command_prints_what_follows(tmp_path: Path, monkeypatch: pytest.Mon
     (["medium", "slot_width=9mm"], "--motor slot_width=0.009: expected less than slot_pitch = 0.004 m"),
     (["medium", "currents=mean"], "--motor currents=mean: expected rms or peak"),
     (["medium", "mass=50kg"], r"v = 5 mm: motor needs i_d = -9.2 A, .*continuous = 4.38406 A: choose a smaller gap")])
-def test_motors_that_are_none_are_refused(tmp_path: Path, motor: list[str], message: str) -> None:
+def test_refuses_impossible_motors(tmp_path: Path, motor: list[str], message: str) -> None:
     with pytest.raises(StageError, match=message) as refused:
         new_stage(tmp_path / "own.toml", motor=motor)
     assert "\n" not in str(refused.value)

@@ -56,7 +56,7 @@ def test_a_file_that_ends_its_process_has_no_result(fastest_fmus: Path, tmp_path
 
 
 @pytest.mark.parametrize("statement", ["raise KeyboardInterrupt", "raise GeneratorExit"])
-def test_what_a_step_raises_is_said_once_whatever_it_is(fastest_fmus: Path, tmp_path: Path, statement: str) -> None:
+def test_any_error_of_a_step_is_reported_once(fastest_fmus: Path, tmp_path: Path, statement: str) -> None:
     """With file and line; nobody has pressed Ctrl-C."""
     path = misbehaving(tmp_path, "step", statement)
     done = command("run", trial(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
@@ -67,7 +67,7 @@ def test_what_a_step_raises_is_said_once_whatever_it_is(fastest_fmus: Path, tmp_
     assert said in " ".join((tmp_path / "trial.txt").read_text().split())
 
 
-def test_compare_goes_on_without_it(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_compare_continues_without_it(fastest_fmus: Path, tmp_path: Path) -> None:
     path = misbehaving(tmp_path, "step", "os._exit(0)")
     done = command("compare", trial(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller",
                    "Regulator2DOF", "--controller", path)
@@ -125,7 +125,7 @@ def test_one_signal_ends_a_step_that_hangs(fastest_fmus: Path, tmp_path: Path, n
     assert errors.splitlines()[-1].startswith(f"maglev: at t = 0.1005 s: {word}; what was recorded until then is in ")
 
 
-def test_what_it_prints_is_beside_the_results(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_its_output_is_next_to_the_results(fastest_fmus: Path, tmp_path: Path) -> None:
     path = misbehaving(tmp_path, "step", "print('a step')")
     path.write_text("print('imported')\nimport os\nos.system('echo from another process')\n" + path.read_text())
     done = command("run", trial(tmp_path), "--json", "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)

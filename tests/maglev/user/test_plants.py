@@ -141,7 +141,7 @@ FAILING = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_what_is_wrong_has_its_line(fastest_fmus: Path, tmp_path: Path, case: str) -> None:
+def test_an_error_has_its_line(fastest_fmus: Path, tmp_path: Path, case: str) -> None:
     change, part, message = WRONG[case]
     path = new_plant(tmp_path / "mover.py", "2dof")
     text = path.read_text()
@@ -155,7 +155,7 @@ def test_what_is_wrong_has_its_line(fastest_fmus: Path, tmp_path: Path, case: st
 
 @pytest.mark.parametrize("case", FAILING)
 @pytest.mark.filterwarnings("ignore:plant .* starts with")
-def test_what_goes_wrong_on_the_way_has_its_time(fastest_fmus: Path, tmp_path: Path, case: str) -> None:
+def test_an_error_during_a_run_has_its_time(fastest_fmus: Path, tmp_path: Path, case: str) -> None:
     """Of the mass that begins to fall with the first step of the references."""
     value, message = FAILING[case]
     path = new_plant(tmp_path / "mover.py", "2dof")

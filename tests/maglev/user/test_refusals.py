@@ -187,7 +187,7 @@ def test_a_sample_time_that_does_not_fit(fastest_fmus: Path, tmp_path: Path) -> 
         tool.run(trial(tmp_path), controller=path, fmus=fastest_fmus)
 
 
-def test_a_class_does_not_run_beside_an_fmu_that_is_not_ours(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_a_class_does_not_run_with_a_third_party_fmu(fastest_fmus: Path, tmp_path: Path) -> None:
     """Such as one that an older version has built: it runs in another process, where the class is not."""
     plan = load_plan(trial(tmp_path))
     old = tmp_path / "old"

@@ -122,7 +122,7 @@ def test_fmus_are_known_by_their_content(tmp_path: Path, monkeypatch: pytest.Mon
      "design: the loop has a pole"),
     ("3dof", {"slot_pitch = 0.01905 ": "slot_pitch = 0.01 "}, "expected slots narrower than their pitch"),
     ("3dof", {'name = "hover"': 'name = "Hover"'}, "name: 'Hover', expected lower-case letters and digits")])
-def test_what_cannot_run_says_why(tmp_path: Path, like: str, changes: dict[str, str], message: str) -> None:
+def test_an_impossible_run_gives_its_reason(tmp_path: Path, like: str, changes: dict[str, str], message: str) -> None:
     path = written(tmp_path / "hover.toml", like, changes)
     with pytest.raises(StageError, match=f"hover.toml: .*({message})"):
         runnable(path)

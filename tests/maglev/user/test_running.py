@@ -35,7 +35,7 @@ def pythonfmu_controller(slow: None, tmp_path: Path) -> Path:
 
 
 @pytest.mark.filterwarnings("ignore:controller .* has no")
-def test_a_file_runs_as_an_fmu_of_others_does(fastest_fmus: Path, pythonfmu_controller: Path, tmp_path: Path) -> None:
+def test_a_file_runs_like_a_third_party_fmu(fastest_fmus: Path, pythonfmu_controller: Path, tmp_path: Path) -> None:
     """pythonfmu's own slave and wrapper, and a process of its own, around the same law."""
     plan = trial(tmp_path)
     ours = tool.run(plan, controller=controller(tmp_path), fmus=fastest_fmus, set={"controller.bandwidth": 50.0})
@@ -101,7 +101,7 @@ def test_where_it_crashes_is_said(fastest_fmus: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("value", "shown"), [
     ("float('nan')", "nan A"), ("float('inf')", "inf A"), ("'high'", "'high' A"), ("None", "None A")])
-def test_what_is_no_number_is_refused(fastest_fmus: Path, tmp_path: Path, value: str, shown: str) -> None:
+def test_refuses_outputs_that_are_not_numbers(fastest_fmus: Path, tmp_path: Path, value: str, shown: str) -> None:
     path = controller(tmp_path, ("self.motor_i_c_cmd = cos(angle - -2.0 * pi / 3.0) * i_d",
                                  f"self.motor_i_c_cmd = {value} if t > 0.02 else 0.0 * i_d"))
     path.write_text(path.read_text().replace(" - sin(angle - -2.0 * pi / 3.0) * i_q", ""))
@@ -129,7 +129,7 @@ def test_a_boolean_of_numpy_is_one(fastest_fmus: Path, tmp_path: Path) -> None:
         tool.run(trial(tmp_path), controller=path, fmus=fastest_fmus)
 
 
-def test_what_ran_is_written_down(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_provenance_names_the_file_that_ran(fastest_fmus: Path, tmp_path: Path) -> None:
     """The file and the module next to it by their digests; the run is a modified one."""
     (tmp_path / "numbers_of_mine.py").write_text("LARGEST = 6.0\n")
     path = controller(tmp_path, ("LARGEST = 6.0\n", "from numbers_of_mine import LARGEST\n"))

@@ -133,7 +133,7 @@ def test_tools_take_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ({"z = -0.15": "z = 0.15"}, "motors: all at z = 0.15 m, expected places side by side"),
     ({"rotation = true ": "rotation = false "}, "motor_stop: expected only where the platform tilts"),
     ({"sharing = 1 ": "sharing = 2 "}, "sharing: 2, expected 1 where the platform tilts")])
-def test_what_is_no_such_stage_is_refused(tmp_path: Path, changes: dict[str, str], message: str) -> None:
+def test_refuses_an_impossible_stage(tmp_path: Path, changes: dict[str, str], message: str) -> None:
     from maglev.user.reading import read_own
 
     with pytest.raises(StageError, match=message):

@@ -201,7 +201,7 @@ def test_native_fmus_have_the_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     ("decay = 0.015 }", "decay = 0.015 }\nkind = 3", "motors.right.kind: no such key"),
     ("[design]", "[design]\ntable = { lower = 0.008, spacing = 0.001 }",
      "design.table: not allowed next to motors.left, which has its own constants")])
-def test_what_is_no_such_motor_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_refuses_an_impossible_motor(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = described(tmp_path / "unlike.toml")
     text = path.read_text(encoding="utf-8")
     assert old in text
