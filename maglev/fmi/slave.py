@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from ctypes import py_object, pythonapi
 from math import floor, inf
+from numbers import Real
 from typing import Any
 from xml.etree.ElementTree import ParseError, iterparse
 
@@ -217,13 +218,14 @@ class BlockSlave(Fmi2Slave):
         if status == 0:
             return
 
-        def value(match: re.Match[str]) -> str:
+        def shown(match: re.Match[str]) -> str:
             name = match.group(1)
             if name in ("time", "step"):
                 return repr(time if name == "time" else step)
-            return repr(next(v.read(self.block) for v in self.variables if v.name == name))
+            value = next(v.read(self.block) for v in self.variables if v.name == name)
+            return repr(float(value) if isinstance(value, Real) and not isinstance(value, bool) else value)
 
-        raise self.refused(re.sub(r"\{([\w.]+)\}", value, self.definition.refusals[status]))
+        raise self.refused(re.sub(r"\{([\w.]+)\}", shown, self.definition.refusals[status]))
 
     def beyond(self, v: Variable, value: float) -> str:
         """Words for a value that is not a finite number within the range of its variable."""

@@ -49,15 +49,6 @@ class WrittenSlave(BlockSlave):
                                    f"{self.written.__name__}")
         return [bool(value) for value in values]
 
-    def refuse(self, status: int, time: float = 0.0, step: float = 0.0) -> None:
-        """Raise the definition's text for a status; numbers of other packages are shown as plain ones."""
-        if status:
-            for v in self.variables:
-                value = v.read(self.block)
-                if type(value) not in (bool, float) and isinstance(value, Real):
-                    v.write(self.block, float(value))
-        super().refuse(status, time, step)
-
     def _get_fmu_state(self) -> dict[str, Any]:
         try:
             return super()._get_fmu_state() | {"block": deepcopy((vars(self.block.law), vars(self.block.clock)))}
