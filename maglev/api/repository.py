@@ -9,7 +9,7 @@ from maglev.descriptions.packaged import EXAMPLE
 from maglev.descriptions.registry import known_stages
 from maglev.descriptions.writer import render
 from maglev.files.errors import BaselineError, StageError
-from maglev.files.installed import HERE
+from maglev.files.packages import HERE
 from maglev.files.side_by_side import Say, Watch
 from maglev.user.adoption import stage_named
 from maglev.user.new_controller import new_controller

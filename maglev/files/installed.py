@@ -8,9 +8,8 @@ from importlib.metadata import distribution
 from pathlib import Path
 
 from maglev.files.cache import digest_of_all
-from maglev.files.packages import PACKAGES
+from maglev.files.packages import HERE, PACKAGES
 
-HERE = Path(__file__).parents[2]
 COMPARED = (".py", ".c", ".h", ".toml", ".j2")   # endings of files that execute, or select the code to run
 
 

@@ -218,14 +218,14 @@ class BlockSlave(Fmi2Slave):
         if status == 0:
             return
 
-        def shown(match: re.Match[str]) -> str:
+        def value_text(match: re.Match[str]) -> str:
             name = match.group(1)
             if name in ("time", "step"):
                 return repr(time if name == "time" else step)
             value = next(v.read(self.block) for v in self.variables if v.name == name)
             return repr(float(value) if isinstance(value, Real) and not isinstance(value, bool) else value)
 
-        raise self.refused(re.sub(r"\{([\w.]+)\}", shown, self.definition.refusals[status]))
+        raise self.refused(re.sub(r"\{([\w.]+)\}", value_text, self.definition.refusals[status]))
 
     def beyond(self, v: Variable, value: float) -> str:
         """Words for a value that is not a finite number within the range of its variable."""

@@ -20,8 +20,8 @@ from maglev.files.cache import FMUS, cache_folder, keep, kept, key_of
 from maglev.files.copies import copied
 from maglev.files.environment import DATE, number_in
 from maglev.files.errors import BuildError, ScenarioError, few, option
-from maglev.files.installed import HERE, files_digest
-from maglev.files.packages import BLOCKS
+from maglev.files.installed import files_digest
+from maglev.files.packages import BLOCKS, HERE
 from maglev.files.scratch import scratch
 from maglev.files.side_by_side import Say, Watch, unwatched, warn
 from maglev.language.errors import ExportError
