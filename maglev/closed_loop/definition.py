@@ -6,7 +6,7 @@ from dataclasses import replace
 from controller_fmu.adaptive_regulator import AdaptiveRegulator
 from controller_fmu.status import STEP_MISFIT
 from maglev.closed_loop.closed_loop import COMMAND_TOO_LARGE, OF_PLANT, AdaptiveLoop, ClosedLoop
-from maglev.fmi.definition import DefaultExperiment, Drawing, FmuDefinition, Variable
+from maglev.fmi.definition import SAMPLE_TIME, DefaultExperiment, Drawing, FmuDefinition, Variable
 from pmlsm.stage_description import StageDescription
 
 # Whole samples, whichever the stage, and at most 1000: fmpy doubles a shorter step until there are no more.
@@ -14,7 +14,7 @@ EXPERIMENT = DefaultExperiment(stop_time=26.0, step=40.0e-3)
 
 DRAWINGS = "maglev.closed_loop.drawings"
 
-SAMPLE_TIME = "sample time; the communication step must be a whole multiple of it"
+MEANING = "sample time; the communication step must be a whole multiple of it"
 
 REFUSED_STEP = ("communication step = {step} s, expected a whole multiple of controller.sample_time = "
                 "{controller.sample_time} s, at most 1000 s")
@@ -64,7 +64,7 @@ def connected_commands(controller: FmuDefinition, plant: FmuDefinition) -> list[
 def part_variable(part: str, variable: Variable, inputs: set[str]) -> Variable:
     """Output or parameter of a part as one of the loop, which has the named inputs."""
     return replace(variable, name=f"{part}.{variable.name}", path=f"{part}.{variable.path}" if variable.path else "",
-                   description=SAMPLE_TIME if variable.name == "sample_time" else variable.description,
+                   description=MEANING if variable.name == SAMPLE_TIME else variable.description,
                    depends_on=tuple(name for name in variable.depends_on if name in inputs),
                    starts_from=tuple(f"{part}.{name}" for name in variable.starts_from))
 

@@ -201,11 +201,10 @@ Inbox = SimpleQueue[tuple[WorkerProcess, bytes | None]]
 def serve(folder: str | None, copies: str) -> None:
     """Do tasks in this process as they are asked for, with copies in a folder; see `WorkerProcess`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)   # the first process handles it for all
-    if folder:
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)   # else it ends without a word until a task begins
     SESSION.use(Served(bool(folder)))
     SESSION.use(Copies(Path(copies)))
     if folder:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)   # else it ends without a word until a task begins
         tempfile.tempdir = folder   # unpacked files go with it, however this process ends
     given, said = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
