@@ -20,8 +20,8 @@ from fmpy.fmi1 import FMICallException
 from fmpy.model_description import ModelDescription, ScalarVariable, ValidationError
 from fmpy.validation import validate_model_description
 
-from maglev.cosim.arrays import elements_of, with_elements
 from maglev.cosim.clocks import PERIODIC, TRIGGERED, Ticking, clocks_of
+from maglev.cosim.elements import elements_of, with_elements
 from maglev.cosim.fmi_versions import DISCARD, FMI3, WARNING, Fmi, Listeners, Messages, fmi_of, function_of
 from maglev.cosim.model_exchange import with_solver
 from maglev.cosim.port_map import Scale

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
 from maglev.cosim import Order
-from maglev.cosim.arrays import of_variable
+from maglev.cosim.elements import of_variable
 from maglev.cosim.fmi_versions import FMI2, FMI3
 from maglev.cosim.fmu import Fmu, kind_of
 from maglev.cosim.port_map import Scale
