@@ -29,8 +29,8 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, units: Map
     ----------
     data : path, Run, mapping of str to array_like, or DataFrame
         The columns, or a CSV with them: `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m) and the delivered
-        currents (A). These are `i_d`, `i_q` or `i_a`, `i_b`, `i_c`; with two motors `alpha.i_d`, `beta.i_d` …. Any
-        other CSV is read with pandas, and a warning lists the assumptions.
+        currents (A). These are `i_d`, `i_q` or `i_a`, `i_b`, `i_c`; with two motors `alpha.i_d`, `beta.i_d` …. Of a
+        CSV of another layout a warning lists the assumptions.
     columns : mapping of str to str, optional
         Names of the columns in the data, by these names: {"time": "t", "v": "gap"}.
     units : mapping of str to str, optional

@@ -46,8 +46,8 @@ def identify(data: Data, stage: StageName = None, column: Columns = None, unit: 
     """Identify the constants of a stage from recorded data.
 
     The CSV has columns `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m), and the currents `i_d`, `i_q` or `i_a`,
-    `i_b`, `i_c` (A), as `alpha.i_d` with two motors. With the extra `data`, semicolons, decimal commas, units as in
-    `v [mm]` and time stamps are read, too; a line says what was assumed.
+    `i_b`, `i_c` (A), as `alpha.i_d` with two motors. Semicolons, decimal commas, units as in `v [mm]` and time
+    stamps are read, too; a line says what was assumed.
 
     Identify from a recorded run, and run again with the result:
 

@@ -212,7 +212,7 @@ def table_of(data: bytes, path: Path) -> DataTable:
 
 
 def parquet_table(data: bytes, path: Path) -> DataTable:
-    """Table of a Parquet file; CsvError, with the install command, without pandas, of the extra `data`."""
+    """Table of a Parquet file; CsvError, with the install command, if pandas (extra `data`) is missing."""
     if missing := lacking("pandas", "data", "what is Parquet"):
         raise CsvError(path, f"is Parquet, expected a CSV file; {missing}")
     return given_table(str(path), import_module("pandas").read_parquet(BytesIO(data)))
