@@ -34,8 +34,8 @@ claims: .venv/.demo
 	$(BIN)/maglev run --all
 	$(BIN)/python tools/write_claims.py results/claims.md
 
-# Whether the table of claims has the numbers of runs: native ones where they can be built, for both kinds have the same bits.
-# Other pages are compared with native runs alone.
+# Check that the table of claims has the numbers of the runs. They are native where possible, because both kinds have
+# the same bits. Other pages are compared with native runs only.
 claims-check: .venv/.test
 	@mkdir -p results
 	$(BIN)/maglev run --all --out results/claims > results/claims.log
@@ -78,7 +78,7 @@ tests thorough quick coverage mutants-tool: export OPENBLAS_NUM_THREADS = 1
 # They leave their FMUs behind, for the check. Four at a time on two cores: many wait for processes that start. Files go in
 # the order of tests/conftest.py, the longest first. One process goes ahead: four would compile all that they import.
 tests: .venv/.test
-	@$(BIN)/python -m pytest --collect-only -m "not thorough" > /dev/null || :   # what is wrong is said below
+	@$(BIN)/python -m pytest --collect-only -m "not thorough" > /dev/null || :   # errors are printed below
 	$(BIN)/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder --durations=25 -m "not thorough" --fmus=.venv/fmus
 
 # Long tests of parts that seldom change, and the types of all tests.
@@ -141,7 +141,7 @@ pages: .venv/.test
 	$(BIN)/maglev study payload-friction --kind native --fmus .venv/fmus --out results
 	@echo $(CURDIR)/results/index.html
 
-# How fast they draw, on a quiet machine.
+# Measure how fast pages draw, on a quiet machine.
 pace: pages
 	$(BIN)/python tools/pages/pace.py
 

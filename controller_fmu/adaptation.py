@@ -13,7 +13,7 @@ class Adaptation:
         self.time = 0.5       # s, parameter: time constant with which they follow
         self.pause = 0.1      # s, parameter: how long data mislead after a limit or a stop
         self.waiting = 0.0    # s, state: rest of the pause
-        self.frozen = False   # output: true if the constants stay as they are
+        self.frozen = False   # output: true if the constants do not change
 
     def judge(self, misleading: bool, sample_time: float) -> bool:
         """Note if the data of a sample mislead; return True if the constants must not change."""

@@ -5,6 +5,6 @@ from maglev.fmi.definition import Drawing
 ICONS = "controller_fmu.icons"
 DIAGRAMS = "controller_fmu.block_diagrams"
 
-# Of a class that somebody has written in a Python file.
+# Icon of a class in a user's Python file.
 WRITTEN_ICON = Drawing(ICONS, "controller", ("written",))
 WRITTEN_SKETCH = Drawing(DIAGRAMS, "own_class")

@@ -37,7 +37,7 @@ class Estimator(Sampled):
                                    weight.coils, weight.iron)
         self.horizontal = [ThrustAxis(guess.thrust[axis.name], weight.thrust[axis.name]) for axis in stage.horizontal]
         self.motors = [MotorCurrent() for _ in stage.motors]
-        # Of any type: the rows below know which one they go with.
+        # Of any type: the rows below know their type.
         self.platform: Any = platform_of(stage) if stage.rotations else LevelPlatform()
         self.rows = MotorRows(stage) if stage.rotations or stage.unlike else CommonRow(stage)
         self.observer = ObserverFilter()

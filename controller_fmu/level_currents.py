@@ -12,7 +12,7 @@ class LevelCurrents:
     """The vertical axis alone moves with the direct currents."""
 
     def __init__(self, stage: StageDescription):
-        # Motors of which means are taken: of motors that are alike one stands for all.
+        # Motors for means: one motor represents all motors that are equal to it.
         self.counted = list(range(len(stage.motors))) if stage.unlike else [0]
 
     def design(self, axes: list[PIDAxis], platform: LevelPlatform, stiffness: float, gain: float) -> None:

@@ -17,7 +17,7 @@ class Measurement(Sampled):
         self.sample_time = stage.sample_time   # s, parameter
         self.instant = SamplingInstant()
         self.encoders = [MeasuredPosition(start, number) for number, start in enumerate(starts, 1)]
-        # Which of them measure an air gap: that of the mover, or those of the motors.
+        # Encoders that measure an air gap: that of the mover, or those of the motors.
         self.gaps = [len(stage.measured) + number
                      for number in range(len(gaps))] or [stage.measured.index(stage.vertical)]
         self.clock = SampleClock()

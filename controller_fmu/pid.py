@@ -59,7 +59,7 @@ class PID(Sampled):
         self.tilted = [axis.rotation for axis in axes]   # true if an axis is a tilt
         self.motors = [MotorCommand() for _ in stage.motors]
         self.linears = [Linearisation() for _ in self.model.layout.kinds]
-        # Of any type: the currents below know which one they go with.
+        # Of any type: the currents below know their type.
         self.platform: Any = platform_of(stage) if rotations else LevelPlatform()
         self.holding = PlatformCurrents(stage) if rotations else LevelCurrents(stage)
         # A or A/m, of y, x, z, roll, pitch; directions that guides hold stay 0.

@@ -6,7 +6,7 @@ from dataclasses import replace
 from maglev.fmi.definition import Variable
 from pmlsm.stage_description import ATTRACTION, COILS, IRON, StageDescription
 
-# Where a constant lies in a `MotorModel`, by its unit; the thrusts are a list.
+# Places of constants in a `MotorModel`, by their units; the thrusts are a list.
 CONSTANTS = {ATTRACTION: "attraction", COILS: "coils", IRON: "iron"}
 
 

@@ -17,7 +17,7 @@ class PlatformCurrents:
     def __init__(self, stage: StageDescription):
         self.allocation = allocation_of(stage)
         self.unlike = len(stage.unlike) > 0
-        # Motors of which means are taken: of motors that are alike one stands for all.
+        # Motors for means: one motor represents all motors that are equal to it.
         self.counted = list(range(len(stage.motors))) if stage.unlike else [0]
         self.held = TiltMeasurement()
 

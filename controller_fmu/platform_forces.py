@@ -25,7 +25,7 @@ class PlatformForces:
         self.gains = gains
         self.allocation = allocation_of(stage)
         self.unlike = len(stage.unlike) > 0
-        # Of y, x, z, roll, pitch; directions that guides hold stay 0.
+        # Values of y, x, z, roll, pitch; directions that guides hold stay 0.
         self.places = [0, 1, 2, 3, 4] if len(stage.horizontal) == 2 else [0, 1, 3]   # of each axis among them
         self.wanted = [0.0, 0.0, 0.0, 0.0, 0.0]           # m/s², rad/s², demands
         self.goal = [0.0, 0.0, 0.0, 0.0, 0.0]             # m, rad, references

@@ -71,7 +71,7 @@ class Regulator(Sampled):
         self.tilted = [axis.rotation for axis in axes]                       # true if an axis is a tilt
         self.by_gap = [axis.rotation or axis is stage.vertical for axis in axes]   # true if a normal force serves it
         self.motors = [MotorCommand() for _ in stage.motors]
-        # Of any type: the currents below know which one they go with.
+        # Of any type: the currents below know their type.
         self.platform: Any = platform_of(stage) if rotations else LevelPlatform()
         gains = (GainSchedule(design.schedule) if law == SCHEDULED and design.schedule is not None else
                  GainTable(design.table) if law == INTERPOLATED and design.table is not None else FixedGains())

@@ -21,7 +21,7 @@ class EstimatorLaw:
         self.growth = 0.0           # 1 − γ⁻², of Σ' = AᵀA − γ⁻² AᵀA
         self.forgotten = 0.0        # share of Σ that a sample forgets
         self.added = 0.0            # s, weight of a sample's AᵀA in Σ
-        self.held = False           # true if the estimates and Σ stay as they are
+        self.held = False           # true if the estimates and Σ do not change
 
     def prepare(self, sample_time: float, epsilon: float, gamma: float, forgetting: float) -> None:
         """Take in the parameters: sample time (s), ε (s), γ, rate of forgetting (1/s)."""

@@ -23,7 +23,7 @@ class AmplifierRating:
         self.thermal_time = 1.0          # s, parameter
         self.lag = 0.3e-3                # s, parameter
         self.off = False                 # parameter: a fault, the commands count as 0
-        self.stuck = False               # parameter: a fault, the currents stay as they are
+        self.stuck = False               # parameter: a fault, the currents do not change
         self.prepared_step = 0.0         # s, integration step that the decays below belong to
         self.lag_decay = 0.0             # of the lag over one integration step
         self.lag_decay_middle = 0.0      # in its middle, for Simpson's rule

@@ -9,7 +9,7 @@ from pmlsm.stage_description import StageDescription
 
 def plant(stage: StageDescription) -> FmuDefinition:
     """Definition of the plant of a stage."""
-    # No drawing shows a tilt about an axis seen from the side.
+    # A drawing from the side shows no tilt.
     drawn = stage.axis_names if len(stage.horizontal) == 2 else stage.axis_names[:2]
     page = "stage_tilts.html" if stage.rotations else f"stage_{stage.name}.html"
     return FmuDefinition(

@@ -80,7 +80,7 @@ def side_view(vertical: str, horizontal: str) -> str:
         labelled_arrow([(left - 6, bottom - 18), (left - 46, bottom - 18)], "i_q > 0", "force",
                        (left - 52, bottom - 13), "end"),
         words(left - 6, bottom + 4, "pushes it this way", "end small"),
-        # In the gap, over the mover.
+        # Arrows in the gap, over the mover.
         labelled_arrow([(right - 60, face + 8), (right - 60, face + 42)], "i_d > 0, G", "force",
                        (right - 50, face + 22)),
         words(right - 50, face + 40, "push it down", "start small"),

@@ -33,7 +33,7 @@ def gap_functions(motor: MotorGeometry, gap: float) -> tuple[float, float, float
     permeance = slot_permeance(motor, g)
     carter = carter_coefficient(motor, g)
     b = motor.field.value(g)
-    # Of e^a − 1 alone: sinh a = (e^2a − 1)/(2 e^a), coth a = (e^2a + 1)/(e^2a − 1).
+    # From e^a − 1 alone: sinh a = (e^2a − 1)/(2 e^a), coth a = (e^2a + 1)/(e^2a − 1).
     grown = exponential_minus_one(motor.wave_number * (motor.magnet_height + g))
     twice = grown * (grown + 2.0)   # e^2a − 1
     share = 1.0 / (carter * twice)

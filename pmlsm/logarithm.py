@@ -20,7 +20,7 @@ def logarithm(x: float) -> float:
     if not 0.0 < x < inf:
         if x == 0.0:
             return -inf
-        return nan if x < 0.0 else x   # ∞ and NaN stay as they are
+        return nan if x < 0.0 else x   # ∞ and NaN do not change
     m, k = reduced_to_one(x)
     return combined(m - 1.0, 0.0, k)
 

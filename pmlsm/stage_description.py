@@ -94,8 +94,8 @@ class StageAxis:
     mass: float = quantity("kg", 1e-3, 1e6)
     # Initial position; of the air gap also where the linear laws are designed.
     start: float = quantity("m", -10.0, 10.0)
-    stop: Stop | None = None                         # None where the stops are at the motors
-    # Whether it is a small tilt of the platform: all its quantities are in rad instead of m, N m instead of N.
+    stop: Stop | None = None                         # None if the stops are at the motors
+    # True for a small tilt of the platform: all its quantities are in rad instead of m, N m instead of N.
     rotation: bool = False
     bias: float = quantity("m/s2", -1e3, 1e3, 0.0)   # constant acceleration
     friction: Friction = Friction()
@@ -251,7 +251,7 @@ class StageDescription:
     resolution: float = quantity("m", 0.0, 1.0, 10.0e-6)       # of the encoders
     modulation: float = quantity("1", 0.0, 1.0, 0.0)           # k of the attraction along the slots
     guide_seed: float = quantity("1", 0.0, 4294967295.0, 1.0)   # of roughness and varying friction, whole
-    # Of the magnets' faces against the centre of mass, downwards; counts where the platform tilts.
+    # Distance of the magnets' faces below the centre of mass; used if the platform tilts.
     height: float = quantity("m", -1.0, 1.0, 0.0)
     motor_stop: Stop | None = None   # on the motors' air gaps, where the platform tilts; otherwise the axes have stops
     equation: str = ""               # number of its equations of motion on the page, in parentheses; empty without one

@@ -38,7 +38,7 @@ from pmlsm.sine_cosine import sine_cosine
 from pmlsm.stage_description import StageDescription
 
 SETTLE = 10.0        # s, at most, that a loop runs before it is looked at
-LOOK = 0.5           # s, after each of which it is asked whether it rests
+LOOK = 0.5           # s, interval of the tests whether the loop rests
 CALM = 1e-9          # m or rad, by which it then moves no more
 AT_REST = 20e-6      # m or rad, by which it may still move in the end
 NOT_THERE = 1e-3     # m or rad, by which it may miss the place that was asked for

@@ -41,7 +41,7 @@ def realise(responses: Array) -> Realisation:
     most = float(np.abs(responses).max())
     if most == 0.0:
         return Realisation(np.zeros((0, 0)), np.zeros((0, inputs)), np.zeros((outputs, 0)), responses[0], 0.0)
-    # In units of its own every input, and every output, counts as much as another.
+    # In its own unit every input, and every output, has the same weight.
     by_input = np.abs(responses).max(axis=(0, 1))
     by_input[by_input == 0.0] = 1.0
     by_output = np.abs(responses / by_input).max(axis=(0, 2))

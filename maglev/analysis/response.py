@@ -25,7 +25,7 @@ SCALES = {"phase": degrees(1.0), "delay": 1e3}
 WIDTH = 80
 MANY = 4   # lines, with which there are margins
 
-# How both are drawn.
+# Styles of both curves.
 MEASURED = {"marker": "o", "markersize": 3.0, "linestyle": "", "linewidth": 0.8}
 LINEAR = {"linewidth": 1.0, "color": "0.45"}
 

@@ -264,7 +264,7 @@ def made_ready(study: StudyFile | TuneFile, origin: str, folder: Path, options: 
     """
     if everywhere := scheduler is not None:
         with runners(scheduler, 1):
-            pass   # who cannot be reached is said before minutes of building
+            pass   # an unreachable scheduler is reported before minutes of building
     settings = start_values(study.set) | start_values(options.get("set"))
     require_free(settings, study.vary, origin)
     scenario = file_or_name(folder / study.scenario) if study.scenario.endswith(".toml") else study.scenario
@@ -333,7 +333,7 @@ def plain(given: Any) -> Any:
 
     ScenarioError for an array that is not in this machine's memory.
     """
-    # One that speaks DLPack; NumPy's may have texts, which DLPack has not.
+    # An array with DLPack; NumPy's may have texts, which DLPack lacks.
     if hasattr(given, "__dlpack_device__") and not isinstance(given, np.ndarray):
         if given.__dlpack_device__()[0] != IN_MEMORY:
             raise ScenarioError(f"{shortened(given)}: expected an array in this machine's memory")

@@ -216,7 +216,7 @@ def live(files: Annotated[list[str] | None, typer.Argument(
         typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
-# In the order that a reader has.
+# In the order in which a reader needs them.
 PANELS: dict[str, dict[str, Any]] = {
     "Run": {"run": run, "list": list_all, "compare": compare, "study": study, "tune": tune, "report": report,
             "live": live},

@@ -80,6 +80,6 @@ def check(names: NamesOrFmus = None,
                     say(f"{result.name}: {note}")
             checked += of_fmus
         print_outcomes(checked)
-        if junit is not None:   # where it cannot be written, the results have been told
+        if junit is not None:   # if it cannot be written, the results have been printed
             write_junit(junit, checked)
         raise typer.Exit(exit_code(checked))

@@ -188,7 +188,7 @@ def of_one(asked: Asked, hold: str | None, **model: Any) -> None:
     from maglev.linear.parameters import controllers, measurements
 
     name, = asked.names
-    # No option says what is in the model of a controller: those of a plant are refused by `linearise`.
+    # Options of a plant's model do not apply to a controller: `linearise` raises an error for them.
     own = "controller" if name in controllers() else "measurement" if name in measurements() else "plant"
     for other, given in asked.parameters.items():
         if given and other != own:

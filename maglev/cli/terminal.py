@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from maglev.runs.check_outcome import CheckResult, UpdateResult
 
 MOST_NAMED = 10     # files that are named one by one
-FEW_STEPS = 100     # each of which shows: the clock of the bars would pass over those of a quick build
+FEW_STEPS = 100     # the bars' own clock would skip those of a quick build
 
 
 @contextmanager

@@ -2,5 +2,5 @@
 
 from typing import Literal
 
-# Of the FMUs in a step: one after the other (Gauss-Seidel), or all with the outputs of the step before.
+# Order of the FMUs in a step: one after the other (Gauss-Seidel), or all with the outputs of the step before.
 Order = Literal["sequential", "jacobi"]

@@ -22,7 +22,7 @@ from maglev.cosim.model_exchange import ENDS, Integration, SolverInterface
 from maglev.files.errors import in_one_line
 from maglev.files.session import SESSION
 
-Listener = Callable[[int, bytes], None]   # told status and text of a message
+Listener = Callable[[int, bytes], None]   # called with status and text of a message
 
 OWN_TOOL = "Maglev FMUs"   # generationTool of this project
 
@@ -237,7 +237,7 @@ def fmi_of(description: ModelDescription) -> Fmi:
 MOST_MESSAGES = 20      # of an FMU that are kept
 LONGEST_MESSAGE = 500   # characters of one of them
 
-# How pythonfmu's binary reports an exception; its text is the part for people.
+# Exceptions as pythonfmu's binary reports them; the text is for people.
 PYTHON_EXCEPTION = re.compile(r"""^Fatal py exception encountered: \[\w+\] \w+ \w+\((["'])(.*)\1\)$""")
 
 

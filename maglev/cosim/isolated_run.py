@@ -171,14 +171,14 @@ class Follower:
         self.process = process
         self.timeout = timeout
         self.stage = STARTING
-        self.wired = Wired([], [], [], [])   # until it is told, before the first call
+        self.wired = Wired([], [], [], [])   # until the first call
         self.counted = 0
         self.cut = False   # true if somebody has cut the file with the number of calls
 
     def follow(self, progress: Progress | None, complete: Complete) -> Recording:
         while True:
             try:
-                # No FMU is to blame for a machine that takes its time to start a process.
+                # A slow start of a process is not the fault of an FMU.
                 limit = max(self.timeout, TIMEOUT) if self.stage == STARTING else self.timeout
                 report = self.next(limit)
             except KeyboardInterrupt as error:

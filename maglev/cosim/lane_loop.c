@@ -5,7 +5,7 @@
 #include "export.h"
 $includes
 
-/* How a run ends, as in lane_loop.py. */
+/* Endings of a run, as in lane_loop.py. */
 enum { RUN_DONE, RUN_REFUSED, RUN_OTHERWISE };
 
 /* The struct Moved of lane_loop.py. */
@@ -13,7 +13,7 @@ struct moved {
     double time, time_stride, size;
 };
 
-/* Whether an instance would take a step of co-simulation as it is. */
+/* Return true if an instance would take a step of co-simulation in its present state. */
 static bool ready(const struct Progress *progress)
 {
     return progress->phase == RUNNING && !progress->exchange && !progress->events;

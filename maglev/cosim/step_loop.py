@@ -115,7 +115,7 @@ def step_function(loop: Kept) -> Any:
         if loaded.maglev_step_loop_version() != version():
             return None
         function = loaded.maglev_step_over
-    except (OSError, AttributeError):   # no library of this machine, or another one
+    except (OSError, AttributeError):   # not a library of this machine, or another library
         return None
     function.restype = c_uint
     function.argtypes = [ctypes.POINTER(Prepared), ctypes.POINTER(c_int64), c_int64, c_int64, c_int64, c_int64,

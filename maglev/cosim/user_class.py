@@ -113,7 +113,7 @@ class InProcessFmu(Fmu):
             self.slave.set_boolean(names, [bool(value) for value in numbers])
 
     def failed(self, call: str, status: int) -> FmuError:
-        # In a process of its own no Ctrl-C comes: the class has raised it.
+        # A process of its own gets no Ctrl-C: the class has raised it.
         if isinstance(self.raised, KeyboardInterrupt) and not SESSION.part(Served).third_party:
             raise self.raised
         error = FmuError(f"{self.name} ({self.source.name}): {self.said() or call}")

@@ -55,7 +55,7 @@ class Catalogue:
     peak: float | None = optional("A", 1e-3, 700.0)             # current of its amplifiers
     continuous: float | None = optional("A", 0.0, 700.0)        # current of its amplifiers
     lag: float | None = optional("s", 0.0, 0.1)                 # of its amplifiers: 1/(2 π bandwidth)
-    # Of a phase: half of the value measured from one phase to another.
+    # Value of a phase: half of the value measured from one phase to another.
     resistance: float | None = optional("Ohm", 1e-3, 1e4)
     inductance: float | None = optional("H", 1e-6, 10.0)
     winding: Winding | None = None                              # for the formulas, where something above is missing
@@ -76,7 +76,7 @@ class Field:
     decay: float | None = optional("m", 1e-4, 1.0)
     gaps: tuple[float, ...] = quantity("m", 1e-5, 1.0, ())   # of a table
     B: tuple[float, ...] = quantity("T", 1e-9, 10.0, ())     # at these
-    # Of s⁰, s¹ … with s = (g − centre)/scale; centre and scale are the middle and half of the range.
+    # Coefficients of s⁰, s¹ … with s = (g − centre)/scale; centre and scale are the middle and half of the range.
     coefficients: tuple[float, ...] = quantity("T", -1e3, 1e3, ())
 
 
@@ -106,7 +106,7 @@ def field_geometry(place: str, of: Field) -> dict[str, float]:
             raise StageError(f"{place}: a polynomial of degree {DEGREE} misses the field by {misfits[worst]:.1%} at "
                            f"{1e3 * gaps[worst]:.3g} mm, expected at most {LARGEST_MISFIT:.0%}: a smoother field or a "
                            "shorter range")
-        # To 1e-10 T, far below the misfit: the last digits of a fit are another machine's others.
+        # Rounded to 1e-10 T, far below the misfit: the last digits of a fit differ between machines.
         coefficients = [round(value, 10) for value in fitted.convert().coef.tolist()]
     coefficients += [0.0] * (DEGREE + 1 - len(coefficients))
     return {"field.lower": of.lower, "field.upper": of.upper, "field.centre": centre, "field.scale": scale,

@@ -15,7 +15,7 @@ from maglev.fmi.parameter import Parameter
 from pmlsm.stage_description import ROTATION, StageDescription
 from pmlsm.variables import GEOMETRY
 
-# Those of the thesis are a folder next to the package in the repository, and in it where it is installed.
+# Packaged stages are in a folder next to the package in the repository, and in the package when installed.
 HERE = Path(__file__).parents[1]
 PACKAGED = next(folder for folder in (HERE / "stages", HERE.parent / "stages") if folder.is_dir())
 

@@ -6,7 +6,7 @@ from maglev.descriptions.description_file import PACKAGED, Reader
 from maglev.files.toml_file import read_toml
 from pmlsm.stage_description import StageDescription
 
-# That they fit together is for a test to check, not for every start of a command.
+# A test checks that they fit together, so that commands start without this check.
 PACKAGED_STAGES: dict[str, StageDescription] = {path.stem: Reader(path).read(StageDescription, read_toml(path), "")
                         for path in sorted(PACKAGED.glob("*.toml"))}
 # what one with a user's motor begins with

@@ -70,7 +70,7 @@ def template_values(stage: StageDescription) -> dict[str, Any]:
                     strict=True)) if tilts else {}),
         "single": single,
         "axes": list(stage.axis_names), "horizontal": horizontal, "tilts": tilts,
-        # Of y, x, z, roll, pitch where the platform tilts; directions that guides hold have any.
+        # Values of y, x, z, roll, pitch where the platform tilts; directions that guides hold have any value.
         "masses": [stage.vertical.mass, *(axis.mass for axis in stage.horizontal), *([1.0] if single else []),
                    *(axis.mass for axis in stage.rotations), *([1.0] if single else [])],
         "stopped": [axis.name for axis in stage.axes if axis.stop is not None],

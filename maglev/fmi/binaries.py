@@ -25,8 +25,8 @@ CORRECTIONS = tuple((bytes.fromhex(code), place, bytes.fromhex(instead)) for cod
     # return
     # it throws then as well, and fmi2Instantiate refuses.
     ("4885c0 0f84c2030000 4c89ef e83206feff", 3, "660f1f440000"),
-    # It gives up the references to class, slave and log, and fmi2FreeInstance gives them up once more. The jump over
-    # each is made unconditional: the second time is enough.
+    # It gives up the references to class, slave and log, and fmi2FreeInstance gives them up again. The patch makes the
+    # jump over each unconditional: giving them up once is enough.
     ("498b7d68 4885ff 7411 8b07 85c0 780b 83e801 8907 0f8402040000", 7, "eb"),
     ("498b7d70 4885ff 7411 8b07 85c0 780b 83e801 8907 0f84f8030000", 7, "eb"),
     ("498b7d78 4885ff 7411 8b07 85c0 780b 83e801 8907 0f84ee030000", 7, "eb"),

@@ -14,7 +14,7 @@ from maglev.language.c_text import c_literal
 from maglev.language.names import identifier
 from maglev.language.program import Function
 
-# C files, in most of which there are places for text that follows from a block.
+# C files, most of which have places for text that follows from a block.
 TEMPLATES = Path(__file__).with_name("native_templates")
 BLOCK, TABLE = "block.h", "model.c"   # in the sources of an FMU
 FIRST_FAILURE = 1_000_000        # status: this and the number of the place that failed; one of the C layer, too

@@ -19,7 +19,7 @@ from maglev.fmi.model_description import model_description, terminals_and_icons
 from maglev.language.errors import ExportError
 from maglev.language.sources import carried_modules, imported_modules, renamed
 
-CARRIED = ("maglev.fmi", "pythonfmu")   # packages of which every FMU carries modules
+CARRIED = ("maglev.fmi", "pythonfmu")   # packages whose modules every FMU carries
 
 EARLIEST_IN_ZIP = 315532800    # 1980-01-01, the first date that a zip archive can hold
 

@@ -18,10 +18,10 @@ from maglev.language.sources import module_path
 
 HERE = Path(__file__).with_name("pages")
 
-# Of the columns of a table after the name.
+# Classes of the columns of a table after the name.
 LOOKS = (' class="number"', ' class="unit"', ' class="range"', "", ' class="text"', ' class="text source"')
 
-# In the HTML of a page: \(…\) within a line, \[…\] on a line of its own.
+# Equations in the HTML of a page: \(…\) within a line, \[…\] on a line of its own.
 TEX = re.compile(r"\\\((.+?)\\\)|\\\[(.+?)\\\]", re.DOTALL)
 PAIRS = ("{", "}"), (r"\\begin\b", r"\\end\b"), (r"\\left\b", r"\\right\b")
 

@@ -12,7 +12,7 @@ from maglev.language.errors import ExportError
 LICENCE = "MIT"
 TOLERANCE = 1e-8   # of a solver, relative
 
-# With the names that FMI proposes (2.0.5, section 2.2.4).
+# Names that FMI proposes (2.0.5, section 2.2.4).
 LOG_CATEGORIES = {
     "logStatusWarning": "Messages with status fmi2Warning; there are none",
     "logStatusDiscard": "Messages with status fmi2Discard",

@@ -32,7 +32,7 @@ class Parameter(NamedTuple):
     A unit that is not known here is one that an FMU declares: of it plain numbers are taken, as they are.
     """
 
-    unit: str | None = ""   # None if it may be any
+    unit: str | None = ""   # None if any value is allowed
     boolean: bool = False
     low: float = -inf
     high: float = inf

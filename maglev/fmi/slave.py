@@ -206,7 +206,7 @@ class BlockSlave(Fmi2Slave):
         steps, samples = (float(floor(ratio + 0.5)), 1.0) if ratio >= 1.0 else (1.0, float(floor(size / sample + 0.5)))
         whole = samples * sample / steps
         miss = abs(size - whole)
-        # Where neighbouring shares of a sample cannot be told apart, the block refuses a step that does not fit.
+        # Where neighbouring shares of a sample cannot be distinguished, the block refuses a step that does not fit.
         return whole if FITTING * whole < miss <= resolution and 2.0 * steps * resolution < whole else size
 
     def failed(self, error: BaseException, time: float | None = None) -> Refused:

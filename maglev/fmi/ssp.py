@@ -17,7 +17,7 @@ SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 FMU_TYPE = "application/x-fmu-sharedlibrary"
 SSP = {2: "1.0", 3: "2.0"}   # version by that of FMI
 
-# How it looks where it is imported: components side by side in their order, inputs on the left, outputs on the right.
+# Layout for importers: components side by side in their order, inputs on the left, outputs on the right.
 WIDTH, GAP, PITCH = 160.0, 120.0, 10.0   # of a component, between two, and between two connectors
 
 for prefix, namespace in (("ssd", SSD), ("ssc", SSC)):

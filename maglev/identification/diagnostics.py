@@ -17,8 +17,8 @@ OBSERVER_SETTLING = 0.02     # s, the same for the observer's two time constants
 CURVE = 200                  # points of the excitation over time
 
 UNIDENTIFIABLE = 0.25        # standard error over value from which a constant counts as not identified
-HELD_BACK = 0.10             # change of a constant by friction terms from which it is warned of
-RELATED = 0.95               # correlation of two constants from which it is warned of
+HELD_BACK = 0.10             # change of a constant by friction terms from which a warning is given
+RELATED = 0.95               # correlation of two constants from which a warning is given
 
 
 @dataclass(frozen=True)

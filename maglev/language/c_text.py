@@ -46,7 +46,7 @@ from maglev.language.ranges import Ranges
 
 SCALARS = {FLOAT: "double", INT: "int64_t", BOOL: "bool"}
 
-# How closely an operator of C binds; an operand of a closer one gets parentheses.
+# Precedence of C's operators; an operand of lower precedence gets parentheses.
 UNARY, ATOM = 12, 14
 BINDS = {"*": 11, "/": 11, "+": 10, "-": 10, "<<": 9, ">>": 9, "<": 8, "<=": 8, ">": 8, ">=": 8, "==": 7, "!=": 7,
          "&": 6, "^": 5, "|": 4, "and": 3, "or": 2, "?": 1}

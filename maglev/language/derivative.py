@@ -54,7 +54,7 @@ RULES = {
 TURNED = "sine_of_turns"
 PAIR = "sine_cosine"   # has two values, each the other's derivative except for a sign
 
-# Methods that store values constant along every direction, and so are called as they are.
+# Methods that store constants, whose derivative is 0, and so are called unchanged.
 KEEPING = ("Track__enter",)
 
 Dual = tuple[Expr, Expr | None]   # a number and its derivative, None where that is zero whatever the direction

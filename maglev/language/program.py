@@ -32,7 +32,7 @@ class Struct:
 class List:
     """Type of a list of fixed length."""
 
-    item: "Type | None"   # None of an empty list
+    item: "Type | None"   # None for an empty list
     length: int
 
 

@@ -39,7 +39,7 @@ class Ranges:
     def __init__(self, functions: Sequence[Function], roots: Sequence[Function],
                  attributes: Mapping[Place, Sequence[Any]]):
         self.attributes = attributes
-        self.sources: dict[Name, list[tuple[Function, Expr | For | None]]] = {}   # None of a value without a range
+        self.sources: dict[Name, list[tuple[Function, Expr | For | None]]] = {}   # None for a value without a range
         self.found: dict[Name, Range | None] = {}
         for root in roots:
             for name, _ in root.parameters:

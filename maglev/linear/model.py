@@ -170,7 +170,7 @@ class LinearModel:
     def to_control(self) -> Any:
         """The model as python-control's StateSpace, with the same names; LinearModelError if that is not installed."""
         control = extra("control", "design", "to_control", LinearModelError)
-        # It uses the dot for results of its own, such as "sys.y".
+        # python-control uses the dot for results of its own, such as "sys.y".
         names = {kind: [name.replace(".", "_") for name in of] for kind, of in
                  (("states", self.states), ("inputs", self.inputs), ("outputs", self.outputs))}
         dt = 0 if self.sample_time is None else self.sample_time

@@ -77,7 +77,7 @@ def run_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
         run_in_threads(jobs, job, batches, values, store)
         return
     by_name = {str(batch.number): batch for batch in batches}
-    deadly: list[Batch] = []   # whose process died, or was told to end by somebody else
+    deadly: list[Batch] = []   # whose process died, or was ended from outside
 
     def take(name: str, result: BatchResult | MaglevError | None) -> None:
         if isinstance(result, MaglevError):
@@ -109,7 +109,7 @@ def has_loop(job: Job, batches: list[Batch], values: Array) -> bool:
     with job.repeated_run() as repeated:
         try:
             repeated.widen(job.changes(values[samples[0]].tolist()), build=steps >= WORTH_COMPILING)
-        except (ExportError, OSError) as error:   # samples then take longer, which is said where there is a compiler
+        except (ExportError, OSError) as error:   # samples then take longer, which is reported if there is a compiler
             if has_compiler():
                 warn(f"{error}; samples run by calls of the FMUs: the same results, slower")
         return repeated.loop is not None

@@ -174,7 +174,7 @@ class CompiledStage:
     def advance(self, samples: int) -> bool:
         """Advance by samples with the commands; return False if an FMU refuses one, with the row as before it."""
         for _ in range(samples):
-            # As the master of runs has it: never accumulated.
+            # Times as in the master of runs: never accumulated.
             self.time.value = self.samples * self.step.value
             if self.measurement is not None:
                 self.ahead.value = (self.samples + 1) * self.step.value

@@ -98,7 +98,7 @@ def wanted(kind: str) -> str:
             "normal": "a mean and a deviation above 0"}.get(kind, "two values, low and high")
 
 
-# Of a parameter that has another value from a time (s) on, and maybe for a time: "at", "then" and maybe "for".
+# A parameter that changes at a time (s), perhaps for a limited time: "at", "then" and perhaps "for".
 Change = dict[str, Draw]
 
 

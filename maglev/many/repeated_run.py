@@ -43,16 +43,16 @@ class RepeatedRun:
         self.varied: Changes | None = None   # what runs side by side differ in
         self.loop: LaneLoop | None = None
         self.one_by_one: LaneLoop | None = None   # the loop for runs that are not side by side
-        self.meter: Meter | None = None      # of the references as they are now
+        self.meter: Meter | None = None      # of the present references
         self.meters: dict[str, Meter] = {}   # by the samples of steps
         self.resettable = not any(source.foreign for name, source in experiment.sources.items()
                                   if name not in (written or {}))
         self.descriptions = experiment.check()
-        self.drives = self.driven = experiment.drives(self.descriptions)   # of the experiment, and as they are now
+        self.drives = self.driven = experiment.drives(self.descriptions)   # of the experiment, and the present ones
         self.resistances = phase_resistances(experiment.plan)   # of phases by motor, ohm, for changes
         self.master: Master | None = None
         self.columns: Columns | None = None   # of the runs of one master, all in the same memory
-        self.asked: Changes = {}   # what the references as they are were asked to be
+        self.asked: Changes = {}   # changes that gave the present references
 
     def __enter__(self) -> Self:
         return self

@@ -70,7 +70,7 @@ class Reward:
         """Reward of a sample, and the terms in it with their weights, as `info` has them."""
         if self.function is not None:
             columns = [*seen.positions, *seen.references, *seen.velocities, *seen.currents]
-            # In a row each, so that a library computes one environment as it does many.
+            # In a row each, so that a library computes one environment like many.
             signals = {name: np.array(column, np.float64, ndmin=1) for name, column in
                        zip(self.names, columns, strict=True)} | {"at_stop": np.array(seen.at_stop, bool, ndmin=1)}
             rewards = self.called(signals, len(signals["at_stop"]))

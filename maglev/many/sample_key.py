@@ -45,7 +45,7 @@ def canonical(value: Any) -> Any:
         return canonical(value.given)
     if isinstance(value, BaseModel) or (is_dataclass(value) and not isinstance(value, type)):
         left_out = LEFT_OUT.get(type(value), frozenset())
-        # Of a model those that it keeps to itself, too.
+        # Members of a model, private ones included.
         names = [field.name for field in fields(value)] if is_dataclass(value) else [
             *type(value).model_fields, *(value.__pydantic_private__ or {})]
         return [type(value).__name__, [[name, canonical(getattr(value, name))] for name in names

@@ -53,7 +53,7 @@ class Parts:
         if not self.folder.is_dir():
             raise ScenarioError(f"{self.folder}: is {kind_at(self.folder)}, expected a folder, or nothing there")
         remove_leftovers(self.folder)   # of a process that was ended as it wrote
-        # One with a dot is a part that was never finished.
+        # A part with a dot was never finished.
         paths = sorted(path for path in self.folder.glob("[!.]*") if not path.name.startswith(PREFIX))
         for path in paths:
             require_file(path)

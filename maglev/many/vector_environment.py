@@ -97,7 +97,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.seen = np.zeros((groups, one.samples + 1, len(outputs), loop.width))
         self.sizes = np.zeros((groups, 0, 2, loop.width))
         self.commands, = self.taken.signals.values()   # shape (lanes, currents, points)
-        # Of each environment, by rows: outputs, velocities, references.
+        # Rows for each environment: outputs, velocities, references.
         axes = len(one.stage.axes)
         self.rows = np.zeros((len(outputs) + 2 * axes, num_envs))
         self.outputs = self.rows[:len(outputs)]
@@ -107,7 +107,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.observed = self.rows[ends[2]:]
         points = {"table": 0, "setpoints": one.references.most}.get(one.references.kind, 1)   # of each
         self.filtered = np.zeros((axes, num_envs))    # positions, of the velocity observers
-        # Those of a table are one for all.
+        # A table has the same values for all.
         self.points = np.zeros((axes, num_envs, points)) if points else one.references.given.T
         self.amplitudes = np.zeros((axes, num_envs))
         self.everyone = np.arange(num_envs)

@@ -70,7 +70,7 @@ def measure_rows(measured: Mapping[str, Sequence[Measure]]) -> list[Row]:
              if any(measure.quantity == quantity and measure.value for measure in measures)}
     values: dict[tuple[str, str, float | None, str], dict[str, float]] = {}
     for label, measures in measured.items():
-        for measure in (measure for measure in measures if measure.of):   # of the whole run it is said how it ended
+        for measure in (measure for measure in measures if measure.of):   # its ending describes the whole run
             values.setdefault((measure.quantity, measure.of, measure.time, measure.unit), {})[label] = measure.value
     return [Row(*key, by_label, flaws) for key, by_label in values.items()]
 

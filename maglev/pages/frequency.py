@@ -57,7 +57,7 @@ def margins_section(runs: Mapping[str, RunResult]) -> tuple[str, dict[str, dict[
             {axis: {label: sensitivity(loop, axis) for label, loop in loops.items()} for axis in axes})
 
 
-# How each margin is printed.
+# Format of each margin.
 QUANTITIES: dict[str, Callable[[Margins], str]] = {
     "gain margin": lambda of: f"{of.gain_down:.2g} to {of.gain_up:.3g} times" if of.gain_up < inf else
                               f"from {of.gain_down:.2g} times on",

@@ -21,7 +21,7 @@ class Line(NamedTuple):
     css: str                  # colour in the style sheet of all pages
     dash: str = "solid"
     thin: bool = False
-    of: str | None = None     # what stands for it in a legend of all panels, if its name does not
+    of: str | None = None     # its name in a legend of all panels, if it differs
 
 
 class Level(NamedTuple):

@@ -23,7 +23,7 @@ class Mark(NamedTuple):
     time: float | None = None
     level: float | None = None
     start: float = 0.0
-    end: float | None = None      # None: to the end
+    end: float | None = None      # None means to the end
 
 
 def figure_marks(shown: Shown, judgements: Judgements) -> list[dict[str, Any]]:

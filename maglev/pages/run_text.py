@@ -348,7 +348,7 @@ def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
     if result.metrics is None:
         return ""
     tracking = {tracking.axis: tracking.peak_tracking_error for tracking in result.metrics.tracking}
-    at_end = {} if result.metrics.ended_off else result.metrics.end_errors   # how far off it ended is said
+    at_end = {} if result.metrics.ended_off else result.metrics.end_errors   # the ending has the errors already
     errors = worst_of(result.plan, tracking or at_end)
     return "; ".join([f"simulated for {result.time[-1]:.4g} s, {result.ending}", *(
         f"worst {'tracking error' if tracking else 'error at the end'} {error}" for error in errors),

@@ -56,7 +56,7 @@ def refine(time: Array, values: Array, tolerance: float, first: Rows, most: int)
         beyond = largest > tolerance
         if not beyond.any():
             return np.sort(np.concatenate(rows))
-        # Of equally bad samples of a stretch one is enough.
+        # Of equally bad samples in a stretch one is enough.
         worst = np.flatnonzero(distance == np.repeat(largest, lengths))
         rows.append(samples[worst[np.searchsorted(worst, begins[beyond])]])
         samples = samples[np.repeat(beyond, lengths)]

@@ -16,7 +16,7 @@ from maglev.runs.endings import COMPLETED
 from maglev.scenario.quantities import metric_text
 
 MOST_SHOWN = 3   # failures that are named
-MOST_ROWS = 12   # samples of which each has a row
+MOST_ROWS = 12   # most samples with a row each
 SHOWN = re.compile(r"(rms error|settling time to .*|peak current) of (\S+)")   # of a sample that has a row
 
 
@@ -41,7 +41,7 @@ def sample_table(table: pa.Table, about: Mapping[str, Any]) -> ResultTable:
     units = units_of(table)
     varied = [name for name in dict.fromkeys([*(parameter["name"] for parameter in about["vary"]), *about["targets"]])
               if name in table.column_names]
-    # Of bands to settle in the last one, the narrowest.
+    # Of several settling bands the last one, the narrowest.
     main = {(match[1].split(" to ")[0], match[2]): name for name, _, _ in metrics_of(table)
             if (match := SHOWN.fullmatch(name))}
     metrics = [name for name in about["limits"] if name in table.column_names] or list(main.values())

@@ -26,7 +26,7 @@ class Worse:
     name: str
     unit: str
     values: tuple[float, ...]   # in the unit, the harmless one first
-    sets: str                   # the parameter that it is; {} stands for each encoder
+    sets: str                   # its parameter; {} means each encoder
 
     def text(self, value: float) -> str:
         return "no limit" if self.sets == VOLTAGE and not value else f"{value:g} {typeset_unit(self.unit)}"

@@ -52,7 +52,7 @@ def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Pro
         # A baseline of an FMU that was put in lacks what this FMU lacks.
         require_fit(plan, baseline, baselines)
         exact = baseline.digest is not None and experiment.exact()
-        # With a digest to its end, else no further than to see why the baseline ends.
+        # With a digest to its end, otherwise only far enough to find why the baseline ends.
         end = plan.stop_time if exact else min(plan.stop_time, baseline.stop_time + BEYOND * plan.check.interval)
         experiment = replace(experiment, plan=started(plan, ends).model_copy(update={"stop_time": end}))
         baseline = replace(baseline, columns={name: values for name, values in baseline.columns.items()

@@ -38,7 +38,7 @@ def digest_of(time: npt.NDArray[np.float64], columns: Mapping[str, npt.NDArray[A
     for name, values in [("time", time), *((name, columns[name]) for name in sorted(columns))]:
         hashed.update(name.encode("utf-8") + b"\0")
         numbers = np.array(values, dtype="<f8")
-        numbers[np.isnan(numbers)] = np.nan   # of which processors choose the sign
+        numbers[np.isnan(numbers)] = np.nan   # whose sign depends on the processor
         hashed.update(numbers.data)
     return Digest(hashed.hexdigest(), len(columns), len(time))
 

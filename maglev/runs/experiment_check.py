@@ -33,7 +33,7 @@ from maglev.runs.check_outcome import CheckResult, write_junit
 from maglev.runs.deviation import Deviation, WorstDifference, first_deviation, worst
 from maglev.user.source import FmuFile
 
-SOLVER_TOLERANCE = 1e-8   # relative, of the integration of model exchange, where nothing else is said
+SOLVER_TOLERANCE = 1e-8   # relative, of the integration of model exchange, by default
 
 
 class Times(NamedTuple):

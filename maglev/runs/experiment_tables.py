@@ -30,7 +30,7 @@ BOOLEANS = {"true": 1.0, "false": 0.0}
 SIGNAL_KEYS = ("AbsTol", "RelTol")
 OPTION_FORM = "expected KEY,NUMBER or AbsTol,SIGNAL,NUMBER or RelTol,SIGNAL,NUMBER"
 
-TOLERANCE = 1e-3   # of the largest value of a Real result, where nothing says how close it has to be
+TOLERANCE = 1e-3   # of the largest value of a Real result, by default
 
 
 class FmuTable(NamedTuple):

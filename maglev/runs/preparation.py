@@ -64,7 +64,7 @@ class Experiment:
     changes: tuple[str, ...] = ()   # values that differ from the plan's
     put_in: tuple[str, ...] = ()   # names of the FMUs that take the place of the plan's
     timeout: float = TIMEOUT   # longest time that a call of an FMU which is not of this project may take, s
-    # why it is not the package's experiment although nobody asked for another one: its FMUs, its scenario
+    # why it is not the package's experiment although no change was asked for: its FMUs, its scenario
     departures: tuple[str, ...] = ()
     following: Following | None = None   # how the controller's model follows the masses of the plant, if it does
     # signals of the plan that are not compared with its baseline, for the FMUs that were put in lack them
@@ -329,7 +329,7 @@ def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> I
         before = known_start(name, experiment.sources[name], variable) if planned is None else planned.given
         if before is None or not same_start(now.given, before) or variable in plan.fmus[name].start_from:
             unit = ""
-            with suppress(MaglevError):   # what is wrong is said where the run is checked
+            with suppress(MaglevError):   # errors are reported when the run is checked
                 unit = experiment.units([full])[full]
             former = "" if before is None else f" instead of {with_unit(before, unit)}"
             written = str(now.written) if now.unit or now.text else with_unit(now.value, unit, now.written)

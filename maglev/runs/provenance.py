@@ -94,7 +94,7 @@ class Provenance:
     # every value that differs from the plan's, "plant.y.mass = 8 instead of 6.9", and a step or order of its own
     changes: tuple[str, ...]
     scenario: str   # SHA-256 of the scenario and of the files that it extends
-    departures: tuple[str, ...]   # why it is not the package's experiment although nobody asked for another one
+    departures: tuple[str, ...]   # why it is not the package's experiment although no change was asked for
     code: str = field(default_factory=code)   # SHA-256 of the Python modules of this package
     libraries: dict[str, str]   # SHA-256 of the compiled library that makes the steps, if there is one
     parameter_sets: dict[str, str]   # SHA-256 of files with start values, by path

@@ -30,7 +30,8 @@ def require_reachable(plan: RunPlan, times: Array, references: Mapping[str, Arra
             require_between(f"{plan.source}: reference of {name}", times, known[axis.position], place, start, gap)
     stage = plan.stage
     if stage is not None and stage.rotations and f"plant.{stage.vertical.name}.position" in known:
-        # Where tilts are not known, the platform is level: leaning, one of its motors would only be further out.
+        # If tilts are not known, the platform counts as level: in a tilted one, one of its motors would only be further
+        # out.
         positions = np.array([known.get(f"plant.{axis}.position", np.zeros(len(times))) for axis in stage.axis_names])
         for motor, gaps in zip(stage.motor_names, gaps_of(stage, start) @ positions, strict=True):
             place = f"{plan.source}: gap at {motor} by the references"

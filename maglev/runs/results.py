@@ -105,7 +105,7 @@ def write_parquet(path: Path, recording: Recording, units: Mapping[str, str], ab
     from pyarrow import parquet
 
     columns = thinned_columns(recording, every)
-    # From buffers, for pyarrow.array imports pandas where it is installed, to ask whether a column is a pandas.Series.
+    # From buffers, because pyarrow.array imports pandas if it is installed, to ask whether a column is a pandas.Series.
     arrays = [pyarrow.Array.from_buffers(pyarrow.from_numpy_dtype(column.dtype), len(column),
                                          [None, pyarrow.py_buffer(column)]) for column in columns.values()]
     table = pyarrow.Table.from_arrays(arrays, names=[*columns])

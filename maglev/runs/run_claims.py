@@ -22,7 +22,7 @@ def judge_run(claims: Sequence[RunClaim], metrics: Metrics | None,
 def require_sides(claims: Sequence[RunClaim], expected: Metrics, others: Mapping[str, Metrics | None]) -> None:
     """Refuse a claim that nothing can be judged on in a run with the metrics that are expected; as of `judge_run`."""
     for claim in claims:
-        if claim.columns is None:   # of which these do not know whether they are recorded
+        if claim.columns is None:   # which may or may not be recorded
             run_sides(claim, expected, others)
 
 

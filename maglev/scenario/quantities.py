@@ -10,7 +10,7 @@ from maglev.files.units import known_unit, to_unit, unit_of
 # Printed units, by the SI unit, and the units of small values.
 PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m.s": "mm.s", "rad.s": "mrad.s"}
 SMALL_UNITS = {"mm": "µm", "mrad": "µrad", "s": "ms", "mm.s": "µm.s", "mrad.s": "µrad.s"}
-SMALL = 0.1   # of the unit, below which it has another one
+SMALL = 0.1   # of the unit, below which a smaller unit is printed
 
 # Objects on which a quantity is measured, and the keys with which a claim may pick some of its values.
 MeasuredOn = Literal["axis", "tracking", "step", "motor", "event", "effort", "column", "run", "procedure"]

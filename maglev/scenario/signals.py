@@ -49,7 +49,7 @@ class SignalTable(Table):
 
     to: str = Field(description="Real input or tunable parameter `fmu.variable` that gets the signal")
     rate_to: str | None = Field(default=None, description="input that gets the time derivative of the signal")
-    open_unit: bool = False   # what it feeds may declare units that are not known here: numbers stay as they are
+    open_unit: bool = False   # an FMU may declare units that the table lacks: numbers do not change
     unit: str | None = Field(default=None, description="unit of plain numbers, which are otherwise in SI")
 
     @model_validator(mode="before")

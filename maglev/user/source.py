@@ -33,7 +33,7 @@ NAMED = re.compile(r"(.*\.py)(?::(\w+))?$", re.DOTALL)   # lqi.py, lqi.py:LQI
 
 HELP = "`maglev new controller lqi.py` and `maglev new plant mover.py` write one to begin with"
 
-# Functions of `math` that every machine rounds alike, and modules of Python in which none can be told.
+# Functions of `math` that every machine rounds equally, and modules of Python that have no others.
 EXACT = {"pi", "tau", "e", "inf", "nan", "sqrt", "fabs", "floor", "ceil", "trunc", "fmod", "remainder", "copysign",
          "isfinite", "isnan", "isinf"}
 LIBRARIES = {"math", "cmath", "random", "statistics", "time", "os", "ctypes"}

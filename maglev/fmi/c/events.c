@@ -13,7 +13,7 @@
 
 #include <math.h>
 
-/* Whether a call of event mode is allowed; says why if not. */
+/* Return true if a call of event mode is allowed; log the reason if not. */
 static bool with_events(const struct Instance *instance, const char *call, int phases)
 {
     if (!instance || instance->events) {

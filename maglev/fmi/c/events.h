@@ -18,7 +18,7 @@ enum Status enter_steps(struct Instance *instance, const char *call);
 /* Let time pass until the end of a step (s), in which no sample is taken: `end` becomes where it ends. */
 enum Status hold(struct Instance *instance, double *end);
 
-/* Whether a call is about the clock, and allowed in these phases. */
+/* Return true if a call is about the clock, and allowed in these phases. */
 enum Status clocks_known(const struct Instance *instance, const char *call, int phases, const uint32_t references[],
                          size_t count, const void *values);
 
@@ -28,7 +28,7 @@ enum Status set_clocks(struct Instance *instance, const char *call, const uint32
 enum Status get_clocks(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
                        bool values[]);
 
-/* Interval of the clock, s, and whether the importer has not been told it yet; refusal of a call that sets it. */
+/* Interval of the clock, s, and whether it is still new to the importer; refusal of a call that sets it. */
 enum { INTERVAL_READABLE = INITIALIZING | AT_EVENT };
 double told_interval(struct Instance *instance, bool *changed);
 enum Status set_interval(const struct Instance *instance, const char *call);

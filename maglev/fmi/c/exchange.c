@@ -44,7 +44,7 @@ static double *state_at(const struct Instance *instance, size_t i)
     return real_at(instance, &MODEL.variables[MODEL.continuous->states[i]]);
 }
 
-/* Whether an event here would change an output that only events change: it is taken in by a copy of the block. */
+/* Return true if an event here would change an output that only events change: a copy of the block takes it in. */
 static bool outputs_due(const struct Instance *instance)
 {
     const struct RunState *state = instance->state;
@@ -161,7 +161,7 @@ enum Status get_indicators(struct Instance *instance, const char *call, double v
     return get_derived(instance, MODEL.continuous->indicators, values, count);
 }
 
-/* Whether a variable has derivatives in a phase: rates and real outputs, those that only events change where these can
+/* Return true if a variable has derivatives in a phase: rates and real outputs, outputs of events where these can
  * change, and states while the initialization gives them their values. */
 static bool is_unknown(uint32_t reference, enum Phase phase)
 {
@@ -186,7 +186,8 @@ static bool is_known(uint32_t reference, enum Phase phase)
            || (phase == INITIALIZING ? causality == PARAMETER : is_state(reference));
 }
 
-/* Whether there are derivatives of all unknowns by all knowns; says why if not, or the status of the point. */
+/* Return true if there are derivatives of all unknowns by all knowns; otherwise log the reason, or the status of the
+ * point. */
 static enum Status differentiable(struct Instance *instance, const char *call, const uint32_t unknowns[],
                                   size_t unknown_count, const uint32_t knowns[], size_t known_count, const double seed[],
                                   const double sensitivity[])

@@ -5,7 +5,7 @@
 
 #include "instance.h"
 
-/* Whether an instance is for model exchange and a call allowed in its phase; says why if not. */
+/* Return true if an instance is for model exchange and a call is allowed in its phase; log the reason if not. */
 bool exchanging(const struct Instance *instance, const char *call, int phases);
 
 /* Accept a step of the solver; whether an output that only events change would change at an event here. */

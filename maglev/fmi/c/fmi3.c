@@ -139,7 +139,7 @@ fmi3Status fmi3Reset(fmi3Instance instance)
     return (fmi3Status)begin_anew(instance);
 }
 
-/* How many values a variable has; those of an array belong to its reference and the next ones. */
+/* Return the number of values of a variable; those of an array belong to its reference and the next ones. */
 static uint32_t size_of(fmi3ValueReference reference)
 {
     return MODEL.sizes && reference < MODEL.variable_count ? MODEL.sizes[reference] : 1;

@@ -39,7 +39,7 @@ struct Progress {
     double next_time;    /* s, where the next communication step has to start; the time in model exchange */
     double stop_time;    /* s, infinite if the importer has defined none */
     double start_time;   /* s */
-    double told;         /* s, interval of the clock that the importer has been told; 0 if none */
+    double told;         /* s, interval of the clock as the importer knows it; 0 if it does not */
     int64_t samples;     /* taken at events */
 };
 
@@ -76,7 +76,7 @@ const char *phase_name(enum Phase phase);
 const char *real_type(void);
 int readable_phases(void);
 
-/* Whether a sample was taken for who read an output, and can still be undone. */
+/* True if a sample was taken early for a reader of an output, and can still be undone. */
 static inline bool sample_tried(const struct Progress *progress)
 {
     return progress->sampling && !progress->stale;
@@ -94,7 +94,7 @@ static inline size_t state_room(void)
     return state_size(MODEL.sampling != NULL);
 }
 
-/* The block as it was before the sample that was tried. */
+/* The block before the early sample. */
 static inline void *before_sample(struct RunState *state)
 {
     return (char *)state->block + MODEL.block_size;
@@ -111,7 +111,7 @@ static inline void *direction(const struct Instance *instance)
     return (char *)instance->scratch + MODEL.block_size;
 }
 
-/* Where a block, by itself, has a variable. */
+/* Return the address of a variable in a block. */
 static inline void *in_block(void *block, const struct Variable *variable)
 {
     return (char *)block + variable->offset - offsetof(struct RunState, block);

@@ -16,9 +16,9 @@
 #define LARGEST_MISS 1.0e-5
 /* s: a step that does not fit is ignored up to here. An importer that adds up its steps may have it left at the end. */
 #define NO_STEP 1.0e-8
-/* Of the time: two of its last bits, one for each of the times that a step is the difference of. */
+/* Of the time: two of its last bits, one for each of the two times in the difference that is a step. */
 #define RESOLUTION 4.440892098500626e-16
-/* Of a step: a block that samples takes one for whole that misses it by so much. */
+/* Of a step: largest error of a step that a sampled block takes as whole. */
 #define FITTING 0.999e-6
 #define LARGEST_RATIO 1.0e9   /* of steps in a sample, or samples in a step: more fit none */
 
@@ -177,7 +177,7 @@ static double whole_step(const struct Instance *instance, double size, double re
         samples = (double)(int64_t)(size / sample + 0.5);
     }
     double whole = samples * sample / steps, miss = fabs(size - whole);
-    /* Where neighbouring shares of a sample cannot be told apart, the block refuses what does not fit. */
+    /* Where neighbouring shares of a sample cannot be distinguished, the block refuses a step that does not fit. */
     return FITTING * whole < miss && miss <= resolution && 2.0 * steps * resolution < whole ? whole : size;
 }
 

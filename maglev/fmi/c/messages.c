@@ -49,7 +49,7 @@ enum Status absent(const struct Instance *instance, const char *call)
 bool refuse_phase(const struct Instance *instance, const char *call, int phases)
 {
     char expected[200] = "";
-    /* In which of them an instance of this interface can be, if in any. */
+    /* Phases of them that an instance of this interface can have, if any. */
     int own = phases & (instance->exchange ? ~RUNNING : instance->events ? ~BETWEEN_EVENTS : ~(AT_EVENT | BETWEEN_EVENTS));
     if (own) {
         phases = own;

@@ -28,7 +28,7 @@ enum Status refuse_status(const struct Instance *instance, enum Status as, int64
 enum { NUMBER_LENGTH = 40 };
 const char *number(double value, char *text);
 
-/* Whether a call is allowed in the instance's phase; logs it if it is not. */
+/* Return true if a call is allowed in the instance's phase; log the reason if not. */
 static inline bool allowed(const struct Instance *instance, const char *call, int phases)
 {
     return instance && ((instance->state->progress.phase & phases) || refuse_phase(instance, call, phases));

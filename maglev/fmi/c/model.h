@@ -55,7 +55,7 @@ struct Model {
     const char *name;
     const char *guid;                                          /* in FMI 3.0 the instantiation token */
     size_t block_size;
-    const void *initial;                                       /* the block as it is made */
+    const void *initial;                                       /* the initial block */
     int64_t (*start)(void *block);                             /* 0, or the status of a refusal */
     int64_t (*step)(void *block, double time, double step);    /* the same; s, s */
     bool variable_step;                                        /* any step fits */

@@ -5,7 +5,7 @@
 
 #include "instance.h"
 
-/* By how much rounding may put the importer's clock aside, s. */
+/* Largest shift of the importer's clock by rounding, s. */
 double clock_rounding(const struct Instance *instance);
 
 /* Leave the instance as one that can only be reset, restored or freed. */
@@ -16,13 +16,13 @@ double next_sample(const struct Instance *instance);
 double sample_interval(const struct Instance *instance);
 double sample_tolerance(const struct Instance *instance);
 
-/* Whether a sample is due at the end of the step before. */
+/* Return true if a sample is due at the end of the step before. */
 bool sample_due(const struct Instance *instance);
 
 /* A sample falls on this event, and is not taken yet. */
 void begin_sample(struct Instance *instance);
 
-/* Take the sample that falls on the event, with the inputs as they are; undo one that was tried for who read an output. */
+/* Take the sample of the event, with the present inputs; undo an early sample for a reader of an output. */
 enum Status take_sample(struct Instance *instance);
 void undo_sample(struct Instance *instance);
 

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* One of the importer's functions alone is no use: memory has to go back to where it came from. */
+/* A single memory function of the importer cannot be used: memory has to return to its allocator. */
 static bool manages_memory(const struct Importer *importer)
 {
     return importer->allocate && importer->release;
@@ -53,7 +53,7 @@ static uint64_t checksum(const void *bytes, size_t size)
     return hash;
 }
 
-/* Whether a state is of an instance for the same purpose. */
+/* Return true if a state is of an instance for the same purpose. */
 static bool fits(const struct Instance *instance, const struct RunState *state)
 {
     if (state->progress.exchange != instance->exchange) {

@@ -9,7 +9,7 @@
 
 static const int WRITABLE = INSTANTIATED | INITIALIZING | RUNNING | AT_EVENT | BETWEEN_EVENTS;
 
-/* Whether a reference is of a variable of this type. */
+/* Return true if a reference is of a variable of this type. */
 static inline bool known(uint32_t reference, bool boolean)
 {
     return reference < MODEL.variable_count && MODEL.variables[reference].boolean == boolean;
@@ -57,7 +57,7 @@ bool callable(const struct Instance *instance, const char *call, int phases, con
     return true;
 }
 
-/* Whether a variable that is no input can be set now; says why if not. */
+/* Return true if a variable other than an input can be set now; log the reason if not. */
 static bool other_settable(const struct Instance *instance, uint32_t reference)
 {
     const struct Variable *variable = &MODEL.variables[reference];
@@ -78,7 +78,8 @@ static bool other_settable(const struct Instance *instance, uint32_t reference)
     return false;
 }
 
-/* Whether an instance with event mode gives access to variables now: to those of a clock only while it is active. */
+/* Return true if an instance with event mode gives access to variables now: to those of a clock only while it is
+ * active. */
 static bool accessible_at_event(const struct Instance *instance, const uint32_t references[], size_t count)
 {
     const struct Progress *progress = &instance->state->progress;
@@ -98,7 +99,7 @@ static bool accessible_at_event(const struct Instance *instance, const uint32_t 
     return true;
 }
 
-/* Whether all variables of references can be set now; inputs always can. */
+/* Return true if all variables of references can be set now; inputs always can. */
 static bool settable(const struct Instance *instance, const uint32_t references[], size_t count, bool boolean)
 {
     if (instance->events && !accessible_at_event(instance, references, count)) {
@@ -180,7 +181,7 @@ bool booleans_readable(struct Instance *instance, const char *call, const uint32
         || (instance->events && !accessible_at_event(instance, references, count))) {
         return false;
     }
-    /* In model exchange they change at events alone. */
+    /* In model exchange they change only at events. */
     if ((!instance->exchange || instance->state->progress.phase == INITIALIZING) && refresh(instance) != DONE) {
         return false;
     }

@@ -20,7 +20,7 @@ bool booleans_settable(struct Instance *instance, const char *call, const uint32
 enum Status get_none(const struct Instance *instance, const char *call, size_t count);
 enum Status set_none(const struct Instance *instance, const char *call, size_t count);
 
-/* Whether a call with so many references and values can be carried out; says why if it cannot. */
+/* Return true if a call with these numbers of references and values can be carried out; log the reason if not. */
 bool callable(const struct Instance *instance, const char *call, int phases, const void *references, size_t count,
               const void *values);
 

@@ -96,7 +96,7 @@ function compared(yours, theirs) {
   });
 }
 
-/** In how many measures more a result is better than an opponent's than it is worse. */
+/** Return the number of measures in which a result is better than an opponent's, minus that in which it is worse. */
 const ahead = (result, id) => -compared(result, beat.scores[id]).reduce((sum, each) => sum + each, 0);
 const beats = (result, id) => ahead(result, id) > 0;
 

@@ -3,7 +3,7 @@
 
 const FMI_OK = 0, CO_SIMULATION = 1;
 
-/** An FMU that is told what to begin with and is then ready to step. */
+/** An FMU with start values, ready to step. */
 class Fmu {
   /**
    * @param {WebAssembly.Module} module

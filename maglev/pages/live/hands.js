@@ -95,7 +95,7 @@ function move(event) {
   }
 }
 
-/** The hand is no more where the platform cannot be held: that has been said for as long as it was. */
+/** Release the hand if the platform cannot be held; the message has been shown while it was held. */
 function unspare() {
   if (page.lit.spared === Infinity) page.lit.spared = performance.now();
 }

@@ -30,7 +30,7 @@ return own(); })();`;
   return found[0];
 }
 
-/** Error of a script that cannot be read, with its line: a thread that tries it in vain is told. */
+/** Error of an unreadable script, with its line: the thread that tries it gets this. */
 function misspelt(address, { message }) {
   return new Promise((resolve) => {
     const trial = new Worker(address), what = message.replace(/^.*WorkerGlobalScope': /, "");

@@ -58,7 +58,7 @@ function begin(state, planned = []) {
   showStory();
 }
 
-/** From the start again, an experiment with all that is done in it. */
+/** Restart, an experiment with all its actions. */
 function restart() {
   if (page.state.story) { tellStory(page.state.story); return; }
   begin(page.state);
@@ -181,7 +181,7 @@ function frame(message) {
   followStory(message.time);
   const before = at("flags").dataset.now ?? "", clock = performance.now();
   for (const name of Object.keys(EVENTS)) if (message.flags[name] || (name === "slowed" && slowed)) page.lit[name] = clock;
-  // One that comes and goes is shown for long enough to be read.
+  // A message that comes and goes is shown for long enough to be read.
   const now = Object.keys(EVENTS).filter((name) => clock - page.lit[name] < LIT);
   if (before !== now.join()) {
     at("flags").dataset.now = now.join();

@@ -101,7 +101,7 @@ async function takeFiles(files) {
   }
 }
 
-/** It fits the stage that is shown: one of its controllers from now on, and the one that runs; a law has the task. */
+/** Accept a controller that fits the shown stage: add it to the controllers, and run it; a law gets the task. */
 function owned({ model, about }) {
   own.waiting = false;
   live.fmus[model] = about;

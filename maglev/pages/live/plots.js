@@ -74,7 +74,7 @@ const STRIPS = {
   },
 };
 
-/** Show a run's plots from now on; where lines are the same, they are held as they were, and limits are those of now. */
+/** Show a run's plots from now on; equal lines keep their view, and limits are the present ones. */
 function showPlots(run, values, models, span) {
   const element = at("strips"), panels = panelsOf(run, values, span, models);
   if (!element.clientWidth) return;   // there is no room for them
@@ -103,7 +103,7 @@ function fillLegend(panels) {
   for (const [name, line] of lines) entry(legendOfAll, { ...line, name }, () => hide(hiddenInAll, name, document, [plots.live]));
 }
 
-/** Keep the plots as they are, for who looks at them closer; returns whether they moved. */
+/** Stop the plots for a closer look; returns whether they moved. */
 function holdPlots() {
   const { rolling, layers, now } = plots.live;
   Object.assign(plots.live, { follows: false, rolling: false });

@@ -6,7 +6,7 @@ const HOLD = { stiffness: 1500, damping: 60, most: 150 };   // N/m, N s/m, N: th
 const SHAKE = 10 * Math.PI;   // rad/s, of the floor: 5 Hz
 const KICK_TIME = 0.02;                                     // s
 
-/** Whether a controller is one that the user has brought. */
+/** Return true if a controller is the user's own. */
 const isOwn = (model) => model.startsWith("own:");
 
 class Simulation {

@@ -40,7 +40,7 @@ const ADRC = { name: "ADRC", parameters: { bandwidth: "rad/s", observed: "rad/s"
     this.speed += dt * (demand + this.push);
     return demand;`) };
 
-/** Whether an axis is held against the magnets' pull, the gap and tilts, or moves along it. */
+/** Return true if an axis is held against the magnets' pull, as the gap and tilts are, and does not move along it. */
 const isHeld = (run, axis) => axis === run.vertical || isTilt(run, axis);
 
 /** Text of a starter for a stage; `factors` are on its parameters, by name and whether of an axis that is held. */

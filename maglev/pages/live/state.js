@@ -6,10 +6,10 @@ let live = null;   // what the page carries: descriptions of the FMUs, runs, and
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
 const FIRST_RUN = "3dof-setpoints-improved";   // where the page has it
 
-/** Whether a controller is one that the reader has brought. */
+/** Return true if a controller is the reader's own. */
 const isOwn = (model) => model.startsWith("own:");
 
-/** Whether a controller is one of the page's own, that no folder has: an opponent. */
+/** Return true if a controller is one of the page's own, which no folder has: an opponent. */
 const RUNG = "ladder:";
 const isRung = (model) => model.startsWith(RUNG);
 
@@ -87,7 +87,7 @@ function readFragment(fragment) {
 function fragmentOf({ run, controller, ghost, speed, settings, view, story, law }) {
   const entries = [["run", run]];
   if (view !== "space") entries.push(["view", view]);
-  const packed = controller === LAW ? own.packed : law;   // a law that a link brought stays in it until another one runs
+  const packed = controller === LAW ? own.packed : law;   // a law from a link stays in it until another one runs
   if (story) entries.push(["story", story]);
   if (story === "beat" && packed && packed.length <= LONGEST_LINK) entries.push(["law", packed], ...(beat.yours ? [["result", resultText(beat.yours)]] : []));
   if (story) return `#${entries.map((entry) => entry.join("=")).join("&")}`;

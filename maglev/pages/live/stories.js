@@ -120,7 +120,7 @@ function introduction(run) {
       Math.round(1 / run.step)} times a second.`;
 }
 
-/** Where a run starts (m, rad), as rows of a run are. */
+/** Return the start of a run (m, rad), as a row of a run. */
 function restRow(run) {
   const axes = Object.fromEntries(run.axes.map((axis) => [axis, { position: valueOf(`plant.${axis}.position_start`) ?? 0 }]));
   return { axes, motors: Object.fromEntries(run.motors.map((motor) => [motor, { d: 0, q: 0 }])) };
@@ -173,7 +173,7 @@ function followStory(time) {
   if (told) at("moment").textContent = told;
 }
 
-/** The line under the title, or the story that is told. */
+/** The line under the title, or the story of the experiment. */
 function showStory() {
   const { state, run } = page;
   at("what").textContent = state.story ? STORIES.find(({ id }) => id === state.story).text(run) : introduction(run);

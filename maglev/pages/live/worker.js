@@ -148,7 +148,7 @@ async function scored({ number, run, model, settings, acts: planned, task: { axi
     while (due.length && tried.time >= due[0].at - TIME_TOLERANCE) tried.act(due.shift());
     try {
       tried.step();
-    } catch {   // of the run that is seen it is said what
+    } catch {   // the shown run reports its error
       lost = tried.time;
       break;
     }

@@ -95,7 +95,7 @@
     if (event.target.closest("a") && narrow.matches) index.open = false;
   });
 
-  // Where the reader is, marked in the index.
+  // Mark the reader's place in the index.
   const links = new Map([...index.querySelectorAll("a")].map((link) => [link.getAttribute("href").slice(1), link]));
   const here = new IntersectionObserver((entries) => {
     for (const { isIntersecting, target } of entries) {

@@ -78,7 +78,7 @@
       play(false);
       const name = choice.value, { runs } = report.moving[name];
       const decoded = await Promise.all(runs.map(({ run }) => decodeRun(run)));
-      if (name !== choice.value) return;   // another was chosen meanwhile
+      if (name !== choice.value) return;   // another run was chosen meanwhile
       end = Math.max(...decoded.flatMap((signals) => Object.values(signals).map(({ times }) => times.at(-1))));
       slider.max = String(end);
       display = show(report.moving[name], canvas);

@@ -64,7 +64,7 @@ function cornersOf({ low, high, moved }, [axis, end], from = [0, 0], to = [1, 1]
   });
 }
 
-/** Whether a camera is on the outer side of a side of a box. */
+/** Return true if a camera is on the outer side of a side of a box. */
 const faces = (camera, { low, high }, [axis, end]) =>
   (end ? camera.place[axis] > high[axis] : camera.place[axis] < low[axis]);
 
@@ -80,7 +80,8 @@ function drawBox(context, camera, body, colour) {
   }
 }
 
-/** Whether a box has to be drawn before another one that it does not touch: a plane between them has the camera beyond. */
+/** Return true if a box has to be drawn before another that it does not touch: a plane between them has the camera
+ * beyond. */
 const behind = (camera, one, other) => [0, 1, 2].some((axis) =>
   (one.high[axis] <= other.low[axis] && camera.place[axis] > other.low[axis])
   || (one.low[axis] >= other.high[axis] && camera.place[axis] < other.high[axis]));
@@ -112,7 +113,7 @@ function hull(points) {
 
 const turn = ([ax, ay], [bx, by], [cx, cy]) => (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
 
-/** Whether a point (px) is in a convex polygon or within a distance (px) of its sides' lines. */
+/** Return true if a point (px) is in a convex polygon or within a distance (px) of its sides' lines. */
 const inside = (corners, point, margin) => corners.every((from, i) => {
   const to = corners[(i + 1) % corners.length];
   return turn(from, to, point) > -margin * Math.hypot(to[0] - from[0], to[1] - from[1]);

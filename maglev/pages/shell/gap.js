@@ -51,9 +51,9 @@ function drawGap(context, view, movers, look, spaceScale, colours) {
   if (look.forces) {
     const [x, wide] = columnOfMover(view, 0, movers.length), at = y(faceOf(run, movers[0].row)[0]);
     const newton = Math.min(0.6, 0.9 * (height - HEAD) / 4 / look.forces.weight), down = newton * look.forces.weight;
-    const lift = (look.hits ?? []).length ? "" : "lift";   // where it has hit a stop that is told
+    const lift = (look.hits ?? []).length ? "" : "lift";   // a message names the stop that it has hit
     arrow(context, x + 0.2 * wide, at, 0, -newton * look.forces.lift, lift, colours, colours.panel);
-    // Of a mover on its lower stop there is no room for it.
+    // There is no room for it if a mover is on its lower stop.
     if (at + BLOCK + down + 7 < top + height) arrow(context, x + 0.2 * wide, at + BLOCK, 0, down, "weight", colours, colours.panel);
   }
 }

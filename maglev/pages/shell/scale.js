@@ -22,7 +22,7 @@ async function unpacked(text) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** Distance of ticks that divides a span into at most so many parts: 1, 2 or 5 times a power of ten. */
+/** Return the distance of ticks that divides a span into at most a number of parts: 1, 2 or 5 times a power of ten. */
 function tickStep(span, most) {
   const power = 10 ** Math.floor(Math.log10(span / most));
   return power * ([1, 2, 5].find((factor) => factor * power * most >= span * (1 - 1e-9)) ?? 10);
@@ -35,7 +35,7 @@ function numberText(value, digits) {
 /** A value (SI) in the unit and with the digits that the table of panels has for it. */
 const reading = ({ scale, digits, unit }, value) => `${numberText(scale * value, digits)} ${unit}`;
 
-/** Number with so many significant digits, and no more zeros than needed. */
+/** Return a number with significant digits, and no more zeros than needed. */
 function shortNumber(value, digits = 5) {
   return String(Number(value.toPrecision(digits))).replaceAll("-", "−");
 }

@@ -3,7 +3,7 @@
 
 const POLES = 4;                           // of a mover that are shown
 const YOKE = 8, TEETH = 22, BACK = 13;     // mm: the stator's iron above its slots, their depth, the mover's iron
-const TILT = 5;                            // times as large as they are, tilts are drawn in space
+const TILT = 5;                            // exaggeration of tilts in space
 const WINDING = [0, 2, 1];                 // phases of successive slots: one slot for each pole and phase
 const SHOTS = { space: { yaw: -30, pitch: 20 }, sides: { yaw: 0, pitch: 4 }, above: { yaw: 0, pitch: 80 } };   // degrees
 

@@ -13,7 +13,7 @@ function bodiesOf(run) {
   const motors = run.motors.flatMap((motor) => places[motor].map(([x, z]) => ({ motor, x: 1e3 * x, z: 1e3 * z,
     along: driven.indexOf(run.drives[motor]) })));
   const stators = motors.map((one) => {
-    // As long as those across it leave room for.
+    // As long as the motors across leave room for.
     const across = motors.filter((other) => other.along !== one.along).map((other) =>
       Math.abs(other.along ? other.x - one.x : other.z - one.z) - STACK / 2 - 6);
     const slots = Math.max(6, Math.floor(2 * Math.min(needed, ...across) / pitch)), long = slots * pitch / 2;
@@ -39,7 +39,7 @@ function spaceView(run, place, orbit) {
   return { kind: "space", run, ...place, camera: new Camera(orbit, place, parts.points), bodies: parts };
 }
 
-/** How the platform is moved: its place, and its tilts TILT times as large. */
+/** Return the motion of the platform: its place, and its tilts, TILT times as large. */
 function motionOf(run, from, what) {
   const value = (axis) => (axis === undefined ? 0 : 1e3 * from.axes[axis][what]);
   const [x, z] = [0, 1].map((i) => value(drivenAxes(run)[i])), y = value(run.vertical);
@@ -114,7 +114,8 @@ const SLOT = 1 / 3;   // of the slot pitch, half of the opening: b0/t1 is two th
 /** The platform: plate and magnets. */
 function drawPlatform(context, { camera, bodies: parts, run }, { row }, colours) {
   const moved = motionOf(run, row, "position"), centre = moved([0, 0, 0]);
-  // Sides are told from a place that is seen as the camera is from a platform that has not moved; tilts are too small to matter.
+  // Sides are chosen from a place that is to a platform at rest as the camera is to this one; tilts are too small to
+  // matter.
   const view = Object.assign(Object.create(camera), { place: camera.place.map((value, i) => value - centre[i]) });
   const magnets = parts.motors.flatMap((one) => Array.from({ length: POLES }, (_, k) => {
     const at = (k - POLES / 2 + 0.5) * 2 * parts.half / POLES, long = 0.8 * parts.half / POLES, side = STACK / 2;

@@ -27,7 +27,7 @@ function tried({ values, middles }) {
 
 const mean = (values) => (values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : null);
 
-/** From values to a share of a colour over which text can be read. */
+/** Map values to a share of a colour over which text can be read. */
 function shadeOf([low, high]) {
   return { low, high, css: (value) => `fill: color-mix(in oklab, var(--run-0) ${(8 + 48 * (value - low) / (high - low || 1)).toFixed(0)}%, var(--paper))` };
 }

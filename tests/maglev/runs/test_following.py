@@ -138,7 +138,7 @@ def test_every_sample_of_a_study_follows(fastest_fmus: Path, tmp_path: Path) -> 
     ({}, "Commutation3DOF.fmu", "model = plant: the controller has no C1, C2, C3, C4, C5, expected masses"),
     ({"plant.y.mass": 0.0}, None, r"plant.y.mass = 0 kg, expected a number from 0.001 to 1e\+06 kg")])
 def test_refuses_a_model_that_cannot_follow(settings: dict[str, float], controller: str | None, message: str,
-                                                          fastest_fmus: Path) -> None:
+                                            fastest_fmus: Path) -> None:
     with pytest.raises(ScenarioError, match=message):
         maglev.run("3dof-setpoints", fmus=fastest_fmus, set=settings, model="plant",
                    controller=controller and fastest_fmus / controller)

@@ -65,7 +65,7 @@ static uint32_t deepest_stack(void)
     return (uint32_t)((const char *)stack_end - (const char *)at);
 }
 
-/* Of a value of the block, or of a port. */
+/* Write a value of the block, or of a port. */
 static void put(void *base, const struct Place *place, double value)
 {
     char *at = (char *)base + place->offset;

@@ -1,4 +1,4 @@
-/* Where the values of @NAME@ are that an emulator's host sets and reads. */
+/* Places of the values of @NAME@ that an emulator's host sets and reads. */
 
 #include <stddef.h>
 

@@ -70,7 +70,7 @@ class OutcomeMaps {
     this.view[side] = [from, from + span];
   }
 
-  /** Where a pointer is in a map, in cells: row and column with their parts. */
+  /** Return the place of a pointer in a map, in cells: row and column with fractions. */
   placeOf({ canvas }, { clientX, clientY }) {
     const box = canvas.getBoundingClientRect(), { x, y } = this.view;
     return [y[1] - (clientY - box.top - MAP.top) / (box.height - MAP.top - MAP.below) * (y[1] - y[0]),
@@ -99,7 +99,7 @@ class OutcomeMaps {
     this.draw();
   }
 
-  /** Whether the value of a factor is kept. */
+  /** Return true if the value of a factor is kept. */
   keeps(factor, k) {
     return this.kept?.[factor][k] ?? true;
   }
