@@ -361,8 +361,8 @@ def c_type(track: Track) -> str:
 class Taken:
     """Runs in groups of lanes: memory of the C, and the status of each run, shape (lanes,).
 
-    `rows` are the addresses of the first row of each track, shape (lanes, tracks). `signals`, by number of the track,
-    are those that runs have of their own, shape (lanes, names, points).
+    `rows` are the addresses of the first row of each track, shape (lanes, tracks), which belongs to `tracks` of the
+    lane. `signals`, by number of the track, are those that runs have of their own, shape (lanes, names, points).
     """
 
     def __init__(self, loop: "LaneLoop", groups: int):
@@ -370,11 +370,10 @@ class Taken:
         self.memory: Any = create_string_buffer(groups * loop.size + ALIGNED)
         self.address = -(-addressof(self.memory) // ALIGNED) * ALIGNED   # as vectors need it
         self.status = np.full(lanes, REFUSED, np.int64)
-        self.rows = np.empty((lanes, len(loop.tracks)), np.uintp)
+        self.rows = np.zeros((lanes, len(loop.tracks)), np.uintp)
+        self.tracks: dict[int, list[Track]] = {}
         self.signals: dict[int, Array] = {}
         for where, track in enumerate(loop.tracks):
-            shared = track.array if track.signals is None else track.signals
-            self.rows[:, where] = shared.ctypes.data
             if track.signals is not None and loop.apart:
                 own = self.signals[where] = np.zeros((lanes, *track.signals.shape))
                 self.rows[:, where] = own.ctypes.data + np.arange(lanes) * own.strides[0]
@@ -387,6 +386,8 @@ class LaneLoop:
         self.width = width
         self.apart = apart   # true if every run has signals of its own
         self.tracks = wiring.tracks
+        self.addresses = [(track.array if track.signals is None else track.signals).ctypes.data
+                          for track in self.tracks]
         calls, = wiring.phases
         fmus = {id(call.what[0]): call.what[0] for call in calls}
         self.instances = (c_void_p * len(fmus))(*(fmus[key].handle() for key in native))
@@ -413,8 +414,12 @@ class LaneLoop:
 
         OTHERWISE if they differ in values that the lanes of a group have in common. Lane 0 of a group is the first.
         """
-        for where, own in taken.signals.items():
-            own[lane] = self.tracks[where].signals
+        taken.tracks[lane] = self.tracks
+        for where, track in enumerate(self.tracks):
+            if where in taken.signals:
+                taken.signals[where][lane] = track.signals
+            else:
+                taken.rows[lane, where] = self.addresses[where]
         group, within = divmod(lane, self.width)
         status: int = self.take_in(taken.address + group * self.size, self.instances, taken.rows[lane].ctypes.data,
                                    within)
