@@ -77,7 +77,7 @@ def trajectory(folder: Path, stop_time: float) -> list[list[float]]:
         time = k * interval
         controller.tick()
         controller.set(["y.reference", *measured], [GAP if time < STEP_AT else STEP_TO, *plant.get(encoders)])
-        commands = controller.get(currents)   # before the update: outputs of the clock are there while it is active
+        commands = controller.get(currents)   # before the update: the clock's outputs exist while it is active
         controller.to_steps()
         controller.fmu.doStep(time, interval)
         plant.set(currents, commands)         # held over the step

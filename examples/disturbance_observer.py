@@ -35,7 +35,7 @@ class DisturbanceObserver:
         B, C = np.array([[0.0], [1.0], [0.0]]), np.array([[1.0, 0.0, 0.0]])
         self.A, B, *_ = cont2discrete((A, B, C, np.zeros((1, 1))), SAMPLE_TIME)
         self.B = B[:, 0]
-        # `place_poles` places no pole three times: they lie side by side.
+        # `place_poles` cannot place a triple pole: the three are close together.
         poles = np.exp(-bandwidth * np.array([0.9, 1.0, 1.1]) * SAMPLE_TIME)
         self.gain = place_poles(self.A.T, C.T, poles).gain_matrix[0]
         self.state = np.zeros(3)   # m, m/s, m/s²
@@ -56,10 +56,10 @@ class DisturbanceObserver:
 
 
 class ObservedAxis(OutputRegulator):
-    """Output regulator of an axis that demands less by what the disturbance does already."""
+    """Output regulator of an axis that subtracts the estimated disturbance from its demand."""
 
     disturbance = 0.0                   # m/s²
-    instead: float | None = None        # m/s², another demand
+    instead: float | None = None        # m/s², demand that replaces the regulator's
 
     def demand(self) -> float:
         """Demanded acceleration (m/s²)."""
@@ -69,8 +69,8 @@ class ObservedAxis(OutputRegulator):
 class ObservedCurrents(SharedCurrent):
     """Currents of the regulator, the direct one for thrusts within the limit.
 
-    The quadrature currents go out as they are demanded, for the thesis's antiwindup has to see what the limit takes
-    away. The direct current makes up for what is left of them: (5.7) would drop the mover at a step of 40 mm.
+    The quadrature currents are commanded without a limit, because the thesis's antiwindup has to see the part beyond
+    it. The direct current compensates the limited ones: (5.7) would drop the mover at a step of 40 mm.
     """
 
     def command(self, axes: list[Any], motors: list[MotorCommand], model: MotorModel, platform: LevelPlatform,

@@ -25,23 +25,23 @@ TRAINING = {"sample_time": SAMPLE_TIME, "duration": 1.0, "reference": "setpoints
             "reward": {"alive": 1.0, "error": -10.0, "current": -0.1},
             "parameters": {"v.position_start": ("13 mm", "24 mm"), "h.position_start": ("-5 mm", "5 mm")}}
 
-CANDIDATES = 64        # in a generation; of those of a network as many again
-BEST = 8               # one of so many draws the next generation
-EPISODES = 3           # for each candidate, the same for all of a generation
+CANDIDATES = 64        # in a generation; twice as many for a network
+BEST = 8               # the best of this many candidates draws the next generation
+EPISODES = 3           # for each candidate, equal for all of a generation
 
-# Currents (A) for an error of 1 m, 1 m s, a speed of 1 m/s, and always: what a weight of 1 means. i_d lifts and i_q
-# drives, each looks at its own axis.
+# Meaning of a weight of 1: the current (A) for an error of 1 m, 1 m s, a speed of 1 m/s, and always. i_d lifts and i_q
+# drives; each depends on its own axis.
 SCALES = np.array([[500.0, 500.0, 20.0, 1.0], [50.0, 50.0, 5.0, 1.0]])
 LINEAR = SCALES.size
 
-# A unit of the network takes the error (m) and speed (m/s) of v, the error of h, the gap (m) and one, with weights by
-# these, and gives x / (1 + |x|) of their sum to both currents, with weights in A.
+# A unit of the network sums the error (m) and speed (m/s) of v, the error of h, the gap (m) and one, with weights in
+# units of these. It gives x / (1 + |x|) of the sum to both currents, with weights in A.
 INPUT_SCALES = np.array([500.0, 10.0, 500.0, 250.0, 1.0])
 MIDDLE = 18e-3         # m, from which a unit takes the gap
 OUTPUT_SCALE = 4.0     # A
 UNIT = len(INPUT_SCALES) + 2
 
-CONTROLLER = Path(__file__).with_name("gym_learned.py.j2")   # what the file of an agent is made of
+CONTROLLER = Path(__file__).with_name("gym_learned.py.j2")   # template of an agent's file
 
 
 def agent_currents(weights: np.ndarray, parts: np.ndarray, gaps: np.ndarray) -> np.ndarray:
@@ -70,7 +70,7 @@ def run_episodes(envs: Any, weights: np.ndarray, seeds: list[int]) -> tuple[np.n
         parts[:, :, 0] = observations[:, 4:] - observations[:, :2]   # positions, velocities, references
         sums += SAMPLE_TIME * parts[:, :, 0]
         parts[:, :, 1], parts[:, :, 2] = sums, observations[:, 2:4]
-        # Currents beyond the peak are limited; those beyond 1000 A would be refused.
+        # Currents beyond the peak are limited; a current beyond 1000 A would be an error.
         asked = np.clip(agent_currents(weights, parts, observations[:, 0]), -900.0, 900.0)
         observations, rewards, terminated, truncated, _ = envs.step(asked)
         returns += np.where(going, rewards, 0.0)
@@ -90,7 +90,7 @@ def train(envs: Any, random: np.random.Generator, generations: int, mean: np.nda
         rewards, _, _ = run_episodes(envs, np.repeat(tried, EPISODES, axis=0), seeds * candidates)
         returns = rewards.reshape(candidates, EPISODES).mean(axis=1)
         best = tried[np.argsort(returns)[-candidates // BEST:]]
-        # A little spread more than the best have, less and less of it, keeps the search from stopping too soon.
+        # A little more spread than that of the best, less and less of it, keeps the search from stopping too soon.
         mean, spread = best.mean(axis=0), best.std(axis=0) + floor * 0.9**generation
         print(f"generation {generation + 1:3}: best return {max(returns):6.1f}, mean {np.mean(returns):6.1f} of 500, "
               f"{perf_counter() - begin:4.1f} s", flush=True)

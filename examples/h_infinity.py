@@ -54,12 +54,12 @@ class Axis(Ports):
 
     def __init__(self, position: float, crossover: float, a: float, pace: float):
         super().__init__(position)
-        self.pace = pace                           # rad/s, of the smoothed reference; 0 = as it comes
+        self.pace = pace                           # rad/s, of the smoothed reference; 0 = not smoothed
         self.smooth = ReferencePrefilter()
         self.law = law = LoopShaping(crossover, a)
         self.state = np.zeros(3)                   # x̂
         self.integral = 0.0                        # m/s², state of the weight
-        # Over a sample u and y are held.
+        # u and y are constant over a sample.
         held = (law.A + law.H @ law.C, np.hstack([law.B, -law.H]), law.C, np.zeros((1, 2)))
         self.transition, self.inputs, *_ = cont2discrete(held, SAMPLE_TIME)
 
@@ -89,7 +89,7 @@ class HInfinity:
 
     def __init__(self) -> None:
         self.sample_time = SAMPLE_TIME
-        # The gap cannot take a step as it comes: 4 A hold it at 30 mm, but do not stop a mover that falls there.
+        # Steps of the gap need smoothing: 4 A hold it at 30 mm, but do not stop a mover that falls there.
         self.y, self.x, self.z = Axis(25e-3, 50.0, 15.0, 25.0), Axis(0.0, 35.0, 12.0, 0.0), Axis(0.0, 35.0, 12.0, 0.0)
         self.alpha, self.beta = MotorCommand(), MotorCommand()
         self.started = False

@@ -22,16 +22,16 @@ PACE = np.array([22.0, 9.0, 10.5])         # rad/s, of the smoothed references o
 # One direct current in both pairs, a quadrature current in each: (i_d, i_qα, i_qβ) -> (i_dα, i_qα, i_dβ, i_qβ).
 CURRENTS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
-# Weights: one over the square of what costs as much as one of another.
+# Weights: one over the square of a value; all these values cost the same.
 POSITION, VELOCITY = 1.0 / 0.2e-3**2, 1.0 / 15e-3**2    # m, m/s
 INTEGRAL = 1.0 / 10e-6**2                               # m s
 COMMAND = 1.0 / np.array([0.5, 1.0, 1.0])**2            # A, of i_d, i_qα, i_qβ
 
-# Noise, standard deviations: the encoder rounds; the accelerations that are not in the model, mostly friction, drift.
+# Standard deviations of the encoder's rounding, and of the drift of unmodelled accelerations, mostly friction.
 ENCODER = 10e-6 / np.sqrt(12.0)                         # m
 DRIFT = 8.0                                             # m/s² in a second
 
-# The stage as the thesis's regulator knows it: its constants, and neither bias nor ripple nor modulation.
+# The regulator's model of the stage: the thesis's constants, without bias, ripple and modulation.
 MODEL = {"C1": KNOWN.thrust["x"], "C2": KNOWN.thrust["z"], "C3": KNOWN.attraction, "C4": KNOWN.coils,
          "C5": KNOWN.iron, "attraction_modulation": 0.0,
          "y.ripple.amplitude": 0.0, "y.bias": 0.0, "x.bias": 0.0, "z.bias": 0.0}
@@ -104,7 +104,7 @@ class LQI:
         given = np.clip(command, -LIMIT, LIMIT)
         self.alpha.command(given[0], given[1], LIMIT, MOTOR.electrical_angle(self.x.measured))
         self.beta.command(given[0], given[2], LIMIT, MOTOR.electrical_angle(self.z.measured))
-        # Antiwindup: the filter is told the command that was given, and where that is limited the integral waits.
+        # Antiwindup: the filter gets the limited command, and the integral waits while it is limited.
         free = given == command
         self.integral = self.integral + free * SAMPLE_TIME * (measured - self.smooth)
         rest = np.concatenate([[self.smooth[0]], np.zeros(5), CURRENTS @ now["currents"], np.zeros(3)])

@@ -24,9 +24,9 @@ from stage_3dof import INPUTS, LIMIT, OUTPUTS, SAMPLE_TIME, Axis, accelerations,
 from controller_fmu.motor_command import MotorCommand
 
 STEPS, STEP = 25, 10e-3              # of the prediction, s: coarser than the samples
-SHARE = 0.9                          # of the limits; the rest is for what the prediction does not know
+SHARE = 0.9                          # of the limits; the rest is for errors of the prediction
 ESTIMATE = 80.0                      # rad/s, of the observers
-ERROR, VELOCITY = 1e-3, 40e-3        # m, m/s: what costs as much as the accelerations of the axes, m/s²
+ERROR, VELOCITY = 1e-3, 40e-3        # m, m/s: they cost as much as the accelerations of the axes, m/s²
 ACCELERATION = {"y": 2.0, "x": 1.5, "z": 1.5}
 
 
@@ -35,7 +35,7 @@ def prediction(acceleration: float) -> tuple[np.ndarray, np.ndarray]:
     A = np.array([[1.0, STEP], [0.0, 1.0]])
     B = np.array([[STEP**2 / 2.0], [STEP]])
     Q, R = acceleration**2 * np.diag([1.0 / ERROR**2, 1.0 / VELOCITY**2]), np.eye(1)
-    after = solve_discrete_are(A, B, Q, R)   # what is still to come behind the horizon, without limits
+    after = solve_discrete_are(A, B, Q, R)   # cost after the horizon, without limits
     powers = [np.linalg.matrix_power(A, k) for k in range(STEPS + 1)]
     free = np.vstack(powers[1:])
     forced = np.block([[powers[row - column] @ B if row >= column else np.zeros((2, 1)) for column in range(STEPS)]
@@ -79,11 +79,11 @@ class MPC:
         states[:, 0] -= [axis.reference for axis in axes]
         disturbances = states[:, 2]
         most, least = (np.array(accelerations(gap, sign * LIMIT, -sign * LIMIT, -sign * LIMIT)) for sign in (1.0, -1.0))
-        # u is what moves the axis: the command, and the disturbance.
+        # u moves the axis: the command plus the disturbance.
         self.solver.update(q=np.concatenate([F @ state[:2] for F, state in zip(self.slopes, states, strict=True)]),
                            l=np.repeat(SHARE * least + disturbances, STEPS),
                            u=np.repeat(SHARE * most + disturbances, STEPS))
-        y, x, z = self.solver.solve(raise_error=False).x[::STEPS] - disturbances   # an unfinished one is good, too
+        y, x, z = self.solver.solve(raise_error=False).x[::STEPS] - disturbances   # an unfinished solution is good, too
         given = command(self.alpha, self.beta, (y, x, z), gap, self.x.measured, self.z.measured)
         for observer, axis, acceleration in zip(self.observers, axes, given, strict=True):
             observer.update(axis.measured, acceleration)

@@ -29,7 +29,7 @@ GAINS = {"y": (-1487.0, -140.0, -50001.0, -560.0, -7836.0), "x": (-354.0, -41.0,
          "z": (-354.0, -41.0, -8945.0, 1201.0, -1472.0)}   # (5.12), corrected
 LOOP = {**{f"{axis}.k{k}": gain for axis, gains in GAINS.items() for k, gain in enumerate(gains, 1)},
         "current_limit": 1000.0, "antiwindup": False}
-KNOWN = {"C3": 327.5, "C4": 8.48, "C5": 0.007}   # the constants that the regulator has: the stage has others
+KNOWN = {"C3": 327.5, "C4": 8.48, "C5": 0.007}   # constants of the regulator: the stage has others
 HARMONICS = range(2, 21)
 OMEGA = 1.5 * pi   # rad/s
 
@@ -45,7 +45,7 @@ def loop_at_harmonics(axis: str, gap: float, plant: dict[str, float]) -> np.ndar
 
 
 class Memory:
-    """Harmonics of what is added to the reference of one axis, and of its error in the period that continues."""
+    """Harmonics of the addition to the reference of one axis, and of its error in the current period."""
 
     def __init__(self, axis: str):
         self.inverse = 1.0 / loop_at_harmonics(axis, 25e-3, KNOWN)
@@ -71,8 +71,8 @@ class RepetitiveRegulator(Regulator):
 
     def __init__(self) -> None:
         super().__init__(PACKAGED_STAGES["3dof"])
-        self.gain = 0.7     # of what is learnt from a period; 0 = nothing
-        self.begin = 4.0    # s, of the first period: what the start has left is over
+        self.gain = 0.7     # share learnt from a period; 0 = off
+        self.begin = 4.0    # s, of the first period, after the transient of the start
         self.current_limit, self.antiwindup = 0.0, False
         self.axes = [OutputRegulator(*gains, 0.0, 0.025 if axis == "y" else 0.0) for axis, gains in GAINS.items()]
         # By the names of the ports.

@@ -46,9 +46,9 @@ def command(alpha: MotorCommand, beta: MotorCommand, demands: tuple[float, float
             z: float) -> tuple[float, float, float]:
     """Command the currents for accelerations of y, x, z (m/s²) at measured positions (m), as far as the limit goes.
 
-    Unlike in (5.7), the direct current makes up for the quadrature currents as they are limited: a step of x that asks
-    for 20 A must not take from the gap what only 20 A would do to it. Returns the accelerations that the limited
-    currents make; antiwindup and observers have to know them.
+    Unlike in (5.7), the direct current compensates the limited quadrature currents. A step of x that asks for 20 A must
+    not make the gap compensate 20 A that do not flow. Returns the accelerations by the limited currents, which
+    antiwindup and observers need.
     """
     i_qa, i_qb = quadrature_currents(gap, demands[1], demands[2])
     _, f2, f3, f4 = gap_functions(MOTOR, gap)

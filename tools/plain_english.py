@@ -140,7 +140,7 @@ def files() -> list[Path]:
     pages = [*ROOT.glob("*.md"), ROOT / "examples" / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
     pages.remove(ROOT / GENERATED)
     folders = [*(init.parent for init in sorted(ROOT.glob("*/__init__.py")) if init.parent.name != "tests"),
-               ROOT / "scenarios", ROOT / "stages"]
+               ROOT / "scenarios", ROOT / "stages", ROOT / "examples"]
     return [*pages, ROOT / "Makefile", *(path for folder in folders for path in sorted(folder.rglob("*"))
                       if path.suffix in TEXTS and path.suffix != ".md" and "vendor" not in path.parts)]
 

@@ -96,7 +96,7 @@ class ADRC:
 
     def __init__(self) -> None:
         self.sample_time = 0.2e-3       # s
-        self.feedforward = True         # parameter: of the reference's acceleration
+        self.feedforward = True         # parameter: true to feed the reference's acceleration forward
         self.y = Axis(25e-3, 50.0, 200.0)
         self.x = Axis(0.0, 35.0, 140.0)
         self.z = Axis(0.0, 35.0, 140.0)

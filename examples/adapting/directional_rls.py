@@ -30,7 +30,7 @@ from pmlsm.velocity_rows import GRAVITY
 
 
 class DirectionalRLS:
-    """Estimates of a row of three: two shares of what the model begins with, or one and friction; and a bias."""
+    """Estimates of a row of three: two factors of the start values, or one factor and friction; and a bias."""
 
     def __init__(self, second: float, second_weight: float):
         self.first = 1.0                # state
@@ -114,7 +114,7 @@ class DirectionalRegulator:
 
     def __init__(self) -> None:
         self.sample_time = 0.2e-3       # s
-        self.memory = 3.0               # s, parameter: of the direction that is excited
+        self.memory = 3.0               # s, parameter: memory in the excited direction
         self.corner = 20.0              # rad/s, parameter: of the low-pass filter
         self.weight = 500.0             # parameter: of the first guesses
         self.y = OutputRegulator(-1274.0, -104.0, -50001.0, -3936.0, -7774.0, 1e-05, 0.025)
@@ -126,7 +126,7 @@ class DirectionalRegulator:
         self.adaptation = Adaptation()
         self.observer = ObserverFilter()
         self.oscillator = OscillatorStep()
-        self.first = Motors3DOF()       # constants to begin with
+        self.first = Motors3DOF()       # start values of the constants
         self.motors = Motors3DOF()
         self.alpha = MotorCommand()
         self.beta = MotorCommand()

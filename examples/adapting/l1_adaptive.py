@@ -34,8 +34,8 @@ class Uncertainty:
         self.velocity = 0.0          # v̂, m/s, state
         self.found = 0.0             # σ̂, m/s²
         self.compensated = 0.0       # C σ̂, m/s², state
-        self.kept = 1.0              # of the prediction's error, over a sample
-        self.share = 0.0             # of the way to σ̂ that the filter goes in a sample
+        self.kept = 1.0              # share of the prediction's error that a sample keeps
+        self.share = 0.0             # share of the way to σ̂ that the filter goes in a sample
         self.delay = MatchedFilter()   # the measured velocity is filtered: so is the acceleration next to it
 
     def start(self, sample_time: float) -> None:
@@ -47,16 +47,16 @@ class Uncertainty:
         """Take in a measured velocity (m/s), and the acceleration (m/s²) that was commanded until now."""
         matched = self.delay.update(acceleration, observer)
         weight = (1.0 - self.kept) / self.rate   # s
-        # One sample of the predictor from the velocity before it; what it leaves is the error.
+        # One sample of the predictor from the velocity before it; the difference is the error.
         error = self.velocity + weight * matched - velocity
         self.found = -self.kept / weight * error
         self.compensated += self.share * (self.found - self.compensated)
-        # The next prediction: its error is what is kept of this one, and what σ̂ takes away again.
+        # The next prediction: its error is the kept share of this one, minus the correction by σ̂.
         self.velocity = velocity + self.kept * error + weight * self.found
 
 
 class L1Regulator:
-    """The thesis's regulator with (5.14), and what its model leaves out compensated up to a frequency."""
+    """The thesis's regulator with (5.14), and a compensation of its model errors up to a frequency."""
 
     inputs = {f"{axis}.{port}": unit for axis in ("y", "x", "z")
               for port, unit in (("reference", "m"), ("reference_rate", "m/s"), ("measured", "m"))}

@@ -15,20 +15,20 @@ class Motors3DOF:
     """Conversion of demanded accelerations to currents, and of limited currents back to accelerations."""
 
     def __init__(self) -> None:
-        # As the thesis's regulator knows the stage, not as the stage is.
+        # Constants of the thesis's regulator; the stage has others.
         self.C1 = 0.6135         # m/(s² A), thrust along x
         self.C2 = 0.8224         # m/(s² A), thrust along z
         self.C3 = 327.5          # m/(s² T²), magnets on iron
         self.C4 = 8.48           # m/(s² A T), magnets on coils
         self.C5 = 0.007          # m/(s² A²), coils on iron
-        self.limit = 4.0         # A, parameter: of i_d and i_q, as of the thesis's regulator (section 5.6.2)
-        self.as_limited = False  # whether i_d makes up for what the limit leaves of i_q, and not for i_q as demanded
+        self.limit = 4.0         # A, parameter: of i_d and i_q, as in the thesis's regulator (section 5.6.2)
+        self.as_limited = False  # true if i_d compensates i_q after its limit, not the demanded i_q
         self.geometry = MotorGeometry()
         self.f1 = 1.0            # shape functions at the measured gap
         self.f2 = 0.0
         self.f3 = 1.0
         self.f4 = 0.0
-        self.y = 0.0             # m/s², what the limited currents make
+        self.y = 0.0             # m/s², by the limited currents
         self.x = 0.0
         self.z = 0.0
 

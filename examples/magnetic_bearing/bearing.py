@@ -32,7 +32,7 @@ class State:
         self.ended = self.value
 
     def advance(self, weight: float, ahead: float) -> None:
-        """Add the slope with its weight (s), and go on to where the next one is, `ahead` (s) of the beginning."""
+        """Add the slope with its weight (s), and move on to the place of the next one, `ahead` (s) of the beginning."""
         self.ended += weight * self.rate
         self.value = self.begun + ahead * self.rate
 
@@ -133,7 +133,7 @@ class Bearing:
         self.eccentricity = 1.0e-6  # m, of its centre of mass: the unbalance
         self.x = Axis(0.0)
         self.y = Axis(-0.15e-3)
-        self.touched = False        # whether the rotor was beyond the clearance; nothing holds it there
+        self.touched = False        # true if the rotor was beyond the clearance, where nothing holds it
 
     def start(self) -> None:
         """Place the rotor."""

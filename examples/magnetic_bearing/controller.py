@@ -1,7 +1,7 @@
 """Controller of the magnetic bearing: state feedback with an integral on each axis, around a current in all magnets."""
 
 GAIN = 141.0          # N/A, of the control current, at a bias of 2 A in the middle: 4 F/i
-STIFFNESS = 7.06e5    # N/m, by which the magnets draw the rotor from the middle: 4 F/s
+STIFFNESS = 7.06e5    # N/m, of the magnets, which draw the rotor from the middle: 4 F/s
 MASS = 4.0            # kg
 
 

@@ -118,7 +118,7 @@ def planned(stage: Stage, duration: float | None = None, intervals: int = INTERV
         problem.subject_to(q[:, k] == METRE * place)
         problem.subject_to(v[:, k] == 0.0)
     problem.set_initial(q[:, intervals], METRE * TARGET)
-    # Where x has time to spare the fastest motion is not one alone: a little of the energy chooses among them.
+    # If x has time to spare, many motions are the fastest: a little weight on the energy selects one.
     problem.minimize(energy(i, h) if duration is not None else span + 1e-5 * energy(i, h))
     problem.solver("ipopt", {"print_time": False}, {"print_level": 0, "sb": "yes", "tol": 1e-8})
     solved = problem.solve()

@@ -60,7 +60,7 @@ def motion_table(runs: dict[str, maglev.Run]) -> str:
 
 
 def draw_motions(runs: dict[str, maglev.Run], path: Path) -> None:
-    """Draw what was planned, and what came of it."""
+    """Draw the planned motions and the motions of the runs."""
     figure, axes = plt.subplots(3, 2, figsize=(11, 7), layout="constrained")
     for k, axis in enumerate(GOALS):
         for name, run in runs.items():

@@ -1,5 +1,5 @@
-/* What FMI 2.0 wants to be there, and the FMUs of these examples have no use for. Those that compute at the end of their
- * initialization, or have a Boolean, define these functions themselves, and HAS_START or HAS_BOOLEAN before this. */
+/* Functions that FMI 2.0 requires, and that the FMUs of these examples do not use. An FMU that computes at the end of
+ * its initialization, or has a Boolean, defines these functions itself, and HAS_START or HAS_BOOLEAN before this. */
 
 #define UNUSED(result, name, ...) fmi2Status name(__VA_ARGS__) { return result; }
 #define NAMES fmi2Component c, const fmi2ValueReference vr[], size_t n

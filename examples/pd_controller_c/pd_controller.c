@@ -14,7 +14,7 @@
 static const double PI = 3.14159265358979323846;
 static const double POLE_PITCH = 57.15;      /* mm */
 static const double HOLDING = -0.25;         /* A, direct current that holds the mover at a gap of 20 mm */
-static const double HOLDING_SLOPE = -0.415;  /* A/mm, how that changes with the gap */
+static const double HOLDING_SLOPE = -0.415;  /* A/mm, its slope over the gap */
 static const double GAP_STIFFNESS = 1435.0;  /* 1/s2, instability of the gap at 20 mm */
 static const double GAP_GAIN = 3432.0;       /* mm/(s2 A), acceleration by the direct current there */
 static const double TRAVEL_GAIN = -6680.0;   /* mm/(s2 A), acceleration by the quadrature current there */

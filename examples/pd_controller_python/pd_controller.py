@@ -10,7 +10,7 @@ from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 
 POLE_PITCH = 57.15e-3    # m
 HOLDING = -0.25          # A, direct current that holds the mover at a gap of 20 mm
-HOLDING_SLOPE = -415.0   # A/m, how that changes with the gap
+HOLDING_SLOPE = -415.0   # A/m, its slope over the gap
 GAP_STIFFNESS = 1435.0   # 1/s², instability of the gap at 20 mm
 GAP_GAIN = 3.432         # m/(s² A), acceleration by the direct current there
 TRAVEL_GAIN = -6.68      # m/(s² A), acceleration by the quadrature current there
