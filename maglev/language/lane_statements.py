@@ -19,7 +19,6 @@ from maglev.language.program import (
     Call,
     Const,
     Expr,
-    Field,
     For,
     If,
     Item,
@@ -228,8 +227,7 @@ class LaneStatements(LaneExpressions):
                 self.clone.make_vary(target.name)
             self.store(identifier(target.name), value, kind, self.clone.varies(target.name), masked)
             return
-        if isinstance(target, Item | Field) and any(isinstance(each, Item) and not isinstance(each.index, Const)
-                                                    for each in within(target)) and not isinstance(value, Const):
+        if any(isinstance(each, Item) and not isinstance(each.index, Const) for each in within(target)):
             value = self.before(value, kind)
         place = self.place(target, mask)
         if value.varies or mask is not None or place.apart:

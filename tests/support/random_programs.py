@@ -64,6 +64,19 @@ class Block_{n}:
     def at(self, k):
         return self.xs[k]
 
+    def above(self, x, k):
+        if x > self.b:
+            return 0.5 * x
+        for n in range(k % 4):
+            if self.xs[n] > x:
+                return self.xs[n]
+        return x
+
+    def limited(self, x):
+        if x > 1.0:
+            return 1.0, True
+        return x, False
+
     def flip(self, x):
         self.on = not self.on
         self.b = x
@@ -120,7 +133,7 @@ class Writer:
         real = partial(self.real, depth - 1, floats, wholes)
         whole = partial(self.whole, depth - 1, wholes, floats)
         truth = partial(self.truth, depth - 1, floats, wholes)
-        kind = self.random.randrange(25)
+        kind = self.random.randrange(26)
         if kind < 5:
             return f"({real()} {self.random.choice('+-*/')} {real()})"
         return [lambda: f"({whole()} / {whole()})", lambda: f"({real()} {self.random.choice('+-*')} {whole()})",
@@ -138,6 +151,7 @@ class Writer:
                 lambda: f"share_{self.number}(k={whole()}, x={real()})",
                 lambda: f"(self.parts[0] if {truth()} else self.parts[1]).x",
                 lambda: f"{self.random.choice(('fmod', 'remainder'))}({real()}, {real()})",
+                lambda: f"self.above({real()}, {whole()})",
                 lambda: f"self.xs[self.order[{self.index(whole(), 2)}]]"][kind - 5]()
 
     def index(self, whole: str, length: int) -> str:
@@ -221,6 +235,7 @@ class Writer:
                                   f"self.b, n, self.on = self.both({real()}, {whole()})",
                                   f"{pick(places)}, self.i = self.parts[{whole()} % 2].pair({real()})",
                                   f"{pick(places)}, known = halves_{self.number}({real()})",
+                                  f"{pick(places)}, self.on = self.limited({real()})",
                                   f"_, _, {pick(('known', 'self.off'))} = self.both({real()}, {whole()})",
                                   f"{pick(places)} = {pick(places)} = {real()}", f"self.a: float = {real()}"]))
         elif kind == 7:

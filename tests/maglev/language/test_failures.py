@@ -29,6 +29,7 @@ CASES = {
     "self.minus << 63": NONE, "self.nought << 64": NONE, f"{LARGE} << self.one": BEYOND,
     "self.nought << self.minus": SHIFT,
     "self.one >> self.minus": SHIFT, "self.one >> 64": NONE, "self.one / self.nought": ZERO, "self.y / self.x": ZERO,
+    "self.one / 0": ZERO, "self.y / 0.0": ZERO,
     "self.x / self.y": NONE, "sqrt(self.z)": "sqrt has no result", "sqrt(self.x)": NONE,
     "log(self.x)": "log has no result", "exp(self.y * 999.0)": "exp has no result",
     "int(self.y * 9223372036854775808.0)": f"{BEYOND}, or no number",

@@ -132,7 +132,12 @@ BODIES = (
     "for part in self.parts:\n    if part.x > self.a:\n        part.x = self.a",
     "n = 0\nif self.on:\n    n = 3\nelif self.i > 2:\n    n = 1\nself.j = n", "self.j = self.bump(self.i)",
     "self.on = any(each > self.a for each in self.xs)", "self.on = all(one.x < self.a for one in self.parts)",
-    "if self.j == 0:\n    self.b = self.a\nelse:\n    self.b = 1.0", "self.b = self.at(self.i - 4)")
+    "if self.j == 0:\n    self.b = self.a\nelse:\n    self.b = 1.0", "self.b = self.at(self.i - 4)",
+    "self.b = self.above(self.a, self.i)",
+    "self.b, self.off = self.limited(self.a + 1.0)",
+    "if self.on:\n    self.b = self.above(self.a, 3)",
+    "if self.on:\n    self.b, self.off = self.limited(self.a + 1.0)",
+    "self.b = self.above(self.parts[self.i % 2].x, 2)")
 
 
 def test_lanes_apart_have_the_same_bits(tmp_path: Path) -> None:
