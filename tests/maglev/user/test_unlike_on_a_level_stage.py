@@ -48,7 +48,7 @@ def described(path: Path, changes: dict[str, str] | None = None) -> Path:
                            'drives = "z"\n': f'drives = "z"\n{own("beta")}',
                            "\ncurrent_limit =": "\n# current_limit =", **(changes or {})})
     text = path.read_text(encoding="utf-8")
-    start, end = text.index("\n# Of the motor's drawing"), text.index("\n[design]")
+    start, end = text.index("\n# From the motor's drawing"), text.index("\n[design]")
     path.write_text(text[:start] + text[end:], encoding="utf-8")
     return path
 
@@ -226,7 +226,7 @@ def test_a_packaged_motor_is_its_numbers(tmp_path: Path) -> None:
     """Of a whole stage those that `new stage --motor` writes out, and of one motor the same; keys go over them."""
     maglev.new_stage(tmp_path / "full.toml", "side-by-side", ["small"])
     text = (tmp_path / "full.toml").read_text(encoding="utf-8").replace('"full"', '"named"')
-    start, end = text.index("\n# Of the motor's drawing"), text.index("\n[design]")
+    start, end = text.index("\n# From the motor's drawing"), text.index("\n[design]")
     (tmp_path / "named.toml").write_text(f'motor = "small"\n{text[:start]}{text[end:]}', encoding="utf-8")
     full, named = (read_own(tmp_path / f"{name}.toml") for name in ("full", "named"))
     assert (named.plant, named.motors, named.design) == (full.plant, full.motors, full.design)
