@@ -13,7 +13,7 @@ import numpy as np
 
 import maglev
 from maglev.files.arrays import Array
-from maglev.files.marked import with_part
+from maglev.files.marked import markdown_table, write_part
 from maglev.linear.design import gains_of
 
 ROOT = Path(__file__).parents[1]
@@ -92,29 +92,28 @@ def value_of(run: maglev.Run, quantity: str, of: str) -> float:
     return next(each.value for each in run.measures if (each.quantity, each.of) == (quantity, of))
 
 
-def line(law: str, times: str, of: Margins, found: tuple[float, float, float, float]) -> str:
+def row(law: str, times: str, of: Margins, found: tuple[float, float, float, float]) -> tuple[str, ...]:
     y, x, lost, noise = found
-    return (f"| {law} | {times} | {1e3 * of['y'][0]:.1f}, {1e3 * of['x'][0]:.1f} | {of['y'][1]:.0f}° | {1e6 * y:.0f} | "
-            f"{1e6 * x:.0f} | {1e6 * lost:.0f} | {noise:.3f} |")
+    return (law, times, f"{1e3 * of['y'][0]:.1f}, {1e3 * of['x'][0]:.1f}", f"{of['y'][1]:.0f}°", f"{1e6 * y:.0f}",
+            f"{1e6 * x:.0f}", f"{1e6 * lost:.0f}", f"{noise:.3f}")
 
 
 def main() -> None:
     """Find the gains of every law, run them, and write the table."""
     fast = margins(ADRC, {})
     wanted = {axis: delay for axis, (delay, _) in fast.items()}
-    lines = [f"| {' | '.join(HEADS)} |", "|---" * len(HEADS) + "|",
-             line("regulator, thesis's gains", "–", margins(LAWS["regulator"], {}), measured(LAWS["regulator"], {}))]
+    rows = [row("regulator, thesis's gains", "–", margins(LAWS["regulator"], {}), measured(LAWS["regulator"], {}))]
     common = factors(lambda y, x: margins(LAWS["regulator"], gains(y, x)), wanted)
     for law, controller in LAWS.items():
         found = common
         if law == "L1":   # whose compensation takes from the margin
             found = factors(lambda y, x: margins(LAWS["L1"], gains(y, x)), wanted)
         parameters = gains(*found)
-        lines.append(line(law, ", ".join(f"{factor:.2f}" for factor in found), margins(controller, parameters),
-                          measured(controller, parameters)))
-        print(lines[-1], flush=True)
-    lines.append(line("ADRC", "–", fast, measured(ADRC, {})))
-    DOCS.write_text(with_part(DOCS, "margins", "\n".join([*lines, ""])), encoding="utf-8")
+        rows.append(row(law, ", ".join(f"{factor:.2f}" for factor in found), margins(controller, parameters),
+                        measured(controller, parameters)))
+        print(*rows[-1], sep=" | ", flush=True)
+    rows.append(row("ADRC", "–", fast, measured(ADRC, {})))
+    write_part(DOCS, "margins", markdown_table(HEADS, rows))
 
 
 if __name__ == "__main__":

@@ -15,13 +15,12 @@ from pathlib import Path
 from maglev.api.comparing import run_compared
 from maglev.api.options import experiments_of
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.files.marked import with_part
+from maglev.files.marked import markdown_table, write_part
 from maglev.files.side_by_side import unwatched
+from maglev.runs.chain import compared_with, needed, select
 from maglev.runs.execution import RunResult
 from maglev.runs.procedures import evaluate_all, judge_procedure
-from maglev.runs.run_claims import judge_run
-from maglev.runs.selection import compared_with, needed, select
-from maglev.runs.verdicts import ClaimResult, count_verdicts, least_ratio, miss, ratio, sentences
+from maglev.runs.verdicts import ClaimResult, count_verdicts, judge_run, least_ratio, miss, ratio, sentences
 from maglev.scenario.run_plan import RunPlan, StartValue
 
 FILE = Path(__file__).with_name("estimation.toml")
@@ -159,8 +158,7 @@ def residual(result: ClaimResult, largest: float) -> float:
 
 def table_of(settings: Settings, rows: Sequence[WeightRow]) -> str:
     """Verdicts and misfit, half the sum of squared residuals, at every scale; the one that training chooses is bold."""
-    lines = ["| Coulomb friction | training: sentences | bounds | misfit | held out: sentences | bounds | misfit |",
-             "|---" * 7 + "|"]
+    cells_of_rows = []
     best = best_scale([row for row in rows if not row.ripple])
     for row in rows:
         label = f"× {row.scale:g}" + (", slot ripple" if row.ripple else "")
@@ -169,8 +167,9 @@ def table_of(settings: Settings, rows: Sequence[WeightRow]) -> str:
             of_sentences, (met, missed) = counts(judged)
             misfit = 0.5 * sum(residual(result, settings.largest_residual) ** 2 for _, result in judged)
             cells += [" / ".join(map(str, of_sentences)), f"{met} of {met + missed}", f"{misfit:.1f}"]
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join([*lines, ""])
+        cells_of_rows.append(cells)
+    heads = ("Coulomb friction", "training: sentences", "bounds", "misfit", "held out: sentences", "bounds", "misfit")
+    return markdown_table(heads, cells_of_rows)
 
 
 def as_assumed(name: str, settings: Settings) -> str:
@@ -189,7 +188,7 @@ def main() -> None:
     settings = read_settings()
     rows = [row(settings, scale) for scale in settings.candidates]
     table = table_of(settings, [*rows, row(settings, best_scale(rows), settings.ripple)])
-    DOCS.write_text(with_part(DOCS, "estimation", table), encoding="utf-8")
+    write_part(DOCS, "estimation", table)
     for name in STAGES:
         (EFFECTS / f"{name}-as-assumed.toml").write_text(as_assumed(name, settings), encoding="utf-8")
 

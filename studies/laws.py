@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 import maglev
+from maglev.files.marked import markdown_table
 from maglev.files.pictures import new_figure
 from maglev.many.dataset import metadata_of
 from maglev.many.study_file import StudyFile
@@ -54,10 +55,9 @@ def origin_of(paths: Iterable[Path]) -> Origin:
                   {fmu["model"]: fmu["guid"] for provenance in provenances for fmu in provenance["fmus"]})
 
 
-def markdown_table(rows: Sequence[Sequence[str]]) -> str:
+def shares_markdown(rows: Sequence[Sequence[str]]) -> str:
     """Return rows of texts, the heading first, as a table in Markdown; all but the first two columns are numbers."""
-    head, *others = (f"| {' | '.join(row)} |" for row in rows)
-    return "\n".join([head, "|---|---|" + "---:|" * (head.count("|") - 3), *others])
+    return markdown_table(rows[0], rows[1:], len(rows[0]) - 2)
 
 
 def write_picture(path: Path, title: str, maps: Sequence[Sequence[LawMap]], outcomes: Sequence[str],

@@ -20,24 +20,10 @@ from maglev.files.arrays import Array, Bools
 from maglev.files.errors import MaglevError
 from maglev.many.dataset import read_dataset
 from maglev.many.study_file import StudyFile, load_study
+from maglev.pages import operating_range as page
 from maglev.pages.grids import Grid, StageGrids
 from maglev.pages.law_map import Outcomes
-from maglev.pages.operating_range import (
-    ASTRAY,
-    FILE,
-    LIMITED,
-    NEAR,
-    OUTCOMES,
-    RECOVERED,
-    SETTLED,
-    SETTLED_NOMINAL,
-    STEPS,
-    STOPPED,
-    TRIPPED,
-    maps_of,
-    table,
-)
-from studies.laws import NAMES, RunStudy, map_laws, markdown_table, origin_of, write_picture
+from studies.laws import NAMES, RunStudy, map_laws, origin_of, shares_markdown, write_picture
 
 CURRENT_LIMIT = 4.0   # A, of the commands of all laws
 ENDING = 1.0          # s, in which a command at its limit counts
@@ -50,12 +36,13 @@ def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: Bools) -> Outcomes:
 
     All have the shape (samples,); of the metrics "trip time", "stop contact time", and "end error of" every axis count.
     """
-    near = np.all([values <= NEAR for name, values in columns.items() if name.startswith("end error of ")],
+    near = np.all([values <= page.NEAR for name, values in columns.items() if name.startswith("end error of ")],
                   axis=0)
     tripped, touched = (np.isfinite(columns[name]) for name in ("trip time", "stop contact time"))
     # A trip lets the mover fall on a stop, and a mover on a stop is at its limit: the first cause counts.
-    return np.select([tripped, near & ~touched, near, touched, at_limit], [TRIPPED, SETTLED, RECOVERED, STOPPED,
-                                                                           LIMITED], ASTRAY).astype(np.uint8)
+    return np.select([tripped, near & ~touched, near, touched, at_limit],
+                     [page.TRIPPED, page.SETTLED, page.RECOVERED, page.STOPPED, page.LIMITED],
+                     page.ASTRAY).astype(np.uint8)
 
 
 def read_outcomes(path: Path) -> tuple[dict[str, Array], Outcomes]:
@@ -71,7 +58,7 @@ def read_outcomes(path: Path) -> tuple[dict[str, Array], Outcomes]:
     beyond = (commands >= CURRENT_LIMIT).any(axis=1) & (time > time.max() - ENDING)
     at_limit = np.zeros(len(samples), dtype=np.bool_)
     at_limit[rows["sample"].to_numpy()[beyond]] = True
-    what = next(name for name in STEPS if name in columns)
+    what = next(name for name in page.STEPS if name in columns)
     # Samples of a grid are in the order of the varied quantities. Nine digits are as they were set.
     varied = {name: np.unique(columns[name]).round(9) for name in ("initial gap", "target gap", what, "constants")}
     ends = outcomes(columns, at_limit).reshape([len(values) for values in varied.values()])
@@ -94,11 +81,10 @@ def run_stage(stage: str, laws: tuple[str, ...], run_study: RunStudy, options: a
     grid = Grid(varied, {law: ends for law, (_, ends) in read.items()})
     of_stage = StageGrids({"moves": grid}, origin_of(paths.values()))
     write_picture(options.docs / f"range-{stage}.png", f"{PACKAGED_STAGES[stage].title}: from one air gap to another",
-                  maps_of(of_stage),
-                  OUTCOMES, COLOURS, SETTLED_NOMINAL)
-    print(f"\n{stage}\n\n{markdown_table(table(of_stage))}", flush=True)
+                  page.maps_of(of_stage), page.OUTCOMES, COLOURS, page.SETTLED_NOMINAL)
+    print(f"\n{stage}\n\n{shares_markdown(page.table(of_stage))}", flush=True)
     return of_stage
 
 
 if __name__ == "__main__":
-    map_laws(__doc__, FILE, OUTCOMES, run_stage)
+    map_laws(__doc__, page.FILE, page.OUTCOMES, run_stage)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import maglev
+from maglev.files.marked import markdown_table
 from maglev.files.pictures import new_figure, write_figure
 
 SCENARIO = Path(__file__).with_name("sudden_changes.toml")
@@ -107,14 +108,13 @@ def beside_fixed(fixed: Floats, errors: Floats) -> list[str]:
 
 def table(found: Maps) -> str:
     """A row for each map: its borders, and how it compares with that of the fixed law."""
-    rows = ["| | law | lost from, at any time from (%) | saved | lost alone | error/fixed: median | largest |"
-            " worse in |", "|---|---|---|---:|---:|---:|---:|---:|"]
+    rows = []
     for name, maps in found.items():
         for law, errors in maps.items():
             cells = [""] * 5 if law == "fixed" else beside_fixed(maps["fixed"], errors)
-            rows.append("| " + " | ".join([CHANGES[name].title if law == "fixed" else "", law,
-                                           border(CHANGES[name], errors), *cells]) + " |")
-    return "\n".join(rows)
+            rows.append([CHANGES[name].title if law == "fixed" else "", law, border(CHANGES[name], errors), *cells])
+    return markdown_table(("", "law", "lost from, at any time from (%)", "saved", "lost alone", "error/fixed: median",
+                           "largest", "worse in"), rows, 5)
 
 
 def draw(found: Maps, path: Path) -> None:

@@ -19,25 +19,13 @@ from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import MaglevError
 from maglev.many.dataset import read_dataset
 from maglev.many.study_file import StudyFile, read_study
+from maglev.pages import tolerances as page
 from maglev.pages.grids import Grid, StageGrids
 from maglev.pages.law_map import Outcomes
 from maglev.pages.study_text import units_of
-from maglev.pages.tolerances import (
-    ASTRAY,
-    FILE,
-    HOLDS,
-    OUTCOMES,
-    QUESTIONS,
-    STEP,
-    STOPPED,
-    TRIPPED,
-    Question,
-    maps_of,
-    table,
-)
 from maglev.scenario.layers import PACKAGED
 from pmlsm.stage_description import StageDescription
-from studies.laws import NAMES, RunStudy, map_laws, markdown_table, origin_of, write_picture
+from studies.laws import NAMES, RunStudy, map_laws, origin_of, shares_markdown, write_picture
 
 FAR, TILTED = 1e-3, 5e-3   # m; rad of a tilt: as `fail_error` and `fail_tilt` of scenarios
 
@@ -60,10 +48,10 @@ def outcomes(columns: Mapping[str, NDArray[Any]], tilts: tuple[str, ...]) -> Out
                   for name, values in columns.items() if name.startswith("end error of ")], axis=0)
     tripped, touched = columns["trip time"], columns["stop contact time"]
     return np.select([np.isfinite(tripped) & (tripped <= touched), np.isfinite(touched), far],
-                     [TRIPPED, STOPPED, ASTRAY], HOLDS).astype(np.uint8)
+                     [page.TRIPPED, page.STOPPED, page.ASTRAY], page.HOLDS).astype(np.uint8)
 
 
-def read_outcomes(path: Path, question: Question) -> Outcomes:
+def read_outcomes(path: Path, question: page.Question) -> Outcomes:
     """Outcomes in a study's dataset; each step needs the values of the sides once."""
     samples = read_dataset(path)
     columns = {name: samples[name].to_numpy() for name in samples.column_names if name != "failure"}
@@ -71,7 +59,7 @@ def read_outcomes(path: Path, question: Question) -> Outcomes:
                   if name.startswith("end error of ") and unit == "rad")
     ends = outcomes(columns, tilts)
     # A run that its FMUs ended, by running away, was beyond a stop before.
-    ends[[failure is not None for failure in samples["failure"].to_pylist()]] = STOPPED
+    ends[[failure is not None for failure in samples["failure"].to_pylist()]] = page.STOPPED
     shape = len(question.down.values), len(question.along.values)
     if len(ends) % (shape[0] * shape[1]):
         raise MaglevError(f"{path}: {len(ends)} samples, expected {shape[0]} by {shape[1]} for each step")
@@ -79,7 +67,7 @@ def read_outcomes(path: Path, question: Question) -> Outcomes:
     return np.moveaxis(ends.reshape(*shape, -1), -1, 0)
 
 
-def study_of(stage: StageDescription, law: str, question: Question, folder: Path) -> StudyFile:
+def study_of(stage: StageDescription, law: str, question: page.Question, folder: Path) -> StudyFile:
     """Study of a question with a law; its scenario is written into a folder."""
     scenario = folder / f"tolerance-{stage.name}-{law}.toml"
     folder.mkdir(parents=True, exist_ok=True)
@@ -102,19 +90,19 @@ def study_of(stage: StageDescription, law: str, question: Question, folder: Path
 
 def run_stage(name: str, laws: tuple[str, ...], run_study: RunStudy, options: argparse.Namespace) -> StageGrids:
     stage, paths, grids = PACKAGED_STAGES[name], list[Path](), dict[str, Grid]()
-    for question in QUESTIONS:
+    for question in page.QUESTIONS:
         outcomes_of_laws = {}
         for law in laws:
             paths.append(run_study(study_of(stage, law, question, options.out / "tolerances")))
             outcomes_of_laws[NAMES.get(law, law)] = read_outcomes(paths[-1], question)
         sides = {f"{side.name}, {side.unit}": np.array(side.values) for side in (question.down, question.along)}
-        grids[question.name] = Grid({STEP: np.array(SIZES), **sides}, outcomes_of_laws)
+        grids[question.name] = Grid({page.STEP: np.array(SIZES), **sides}, outcomes_of_laws)
     of_stage = StageGrids(grids, origin_of(paths))
-    write_picture(options.docs / f"tolerances-{name}.png", f"{stage.title}: tolerance of each law", maps_of(of_stage),
-                  OUTCOMES, COLOURS)
-    print(f"\n{name}\n\n{markdown_table(table(of_stage))}", flush=True)
+    write_picture(options.docs / f"tolerances-{name}.png", f"{stage.title}: tolerance of each law",
+                  page.maps_of(of_stage), page.OUTCOMES, COLOURS)
+    print(f"\n{name}\n\n{shares_markdown(page.table(of_stage))}", flush=True)
     return of_stage
 
 
 if __name__ == "__main__":
-    map_laws(__doc__, FILE, OUTCOMES, run_stage)
+    map_laws(__doc__, page.FILE, page.OUTCOMES, run_stage)

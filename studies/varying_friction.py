@@ -20,21 +20,12 @@ from numpy.typing import NDArray
 
 from maglev.api.comparing import run_compared
 from maglev.api.options import experiments_of
-from maglev.files.marked import with_part
+from maglev.files.marked import markdown_table, write_part
 from maglev.files.side_by_side import unwatched
+from maglev.runs.chain import compared_with, needed, select
 from maglev.runs.preparation import Experiment
-from maglev.runs.selection import compared_with, needed, select
 from maglev.scenario.claims import Claim
-from studies.estimation import (
-    DOCS,
-    Defaults,
-    Settings,
-    judge_claims,
-    read_settings,
-    residual,
-    times,
-    with_defaults,
-)
+from studies.estimation import DOCS, Defaults, Settings, judge_claims, read_settings, residual, times, with_defaults
 
 SCALES = (0.5, 0.75, 1.0, 1.25)        # L
 VARIATIONS = (0.2, 0.4)                # s
@@ -207,21 +198,16 @@ def training_table(training: Training) -> str:
     """Log-likelihood by level down, variation and length along; the best is bold."""
     best = best_of(training)
     columns = [*product(VARIATIONS, LENGTHS)]
-    lines = ["| L | " + " | ".join(f"s {s:g}, ℓ {1e3 * length:g} mm" for s, length in columns) + " |",
-             "|---" * (1 + len(columns)) + "|"]
-    for scale in SCALES:
-        cells = [f"{training[scale, *column]:.1f}" for column in columns]
-        cells = [f"**{cell}**" if (scale, *column) == best else cell
-                 for cell, column in zip(cells, columns, strict=True)]
-        lines.append(f"| {scale:g} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+    bold = {best: "**"}
+    return markdown_table(["L", *(f"s {s:g}, ℓ {1e3 * length:g} mm" for s, length in columns)], (
+        [f"{scale:g}", *(f"{mark}{training[scale, *column]:.1f}{mark}" for column in columns
+                         for mark in [bold.get((scale, *column), "")])] for scale in SCALES))
 
 
 def judged_table(differences: Sequence[tuple[str, tuple[float, float], tuple[float, float]]]) -> str:
     """D and P of each candidate with their standard errors."""
-    lines = ["| candidate | D | P |", "|---" * 3 + "|"]
-    lines += [f"| {name} | {d[0]:.1f} ± {d[1]:.1f} | {p[0]:.1f} ± {p[1]:.1f} |" for name, d, p in differences]
-    return "\n".join(lines)
+    return markdown_table(("candidate", "D", "P"), (
+        (name, f"{d[0]:.1f} ± {d[1]:.1f}", f"{p[0]:.1f} ± {p[1]:.1f}") for name, d, p in differences))
 
 
 def printed_claims() -> dict[tuple[str, str], Claim]:
@@ -238,8 +224,7 @@ def printed_claims() -> dict[tuple[str, str], Claim]:
 def printed_table(today: Row, tracks: Sequence[Row], name: str) -> str:
     """Printed numbers of the thesis, as today's plants have them and as varying friction has them over tracks."""
     claims = printed_claims()
-    lines = [f"| run | claim | printed | {TODAY} | {name}, median | first to last tenth | reproduced |",
-             "|---" * 7 + "|"]
+    rows = []
     reproduced, within = 0, 0
     for number, claim in enumerate(today):
         if claim.target is None:
@@ -252,11 +237,11 @@ def printed_table(today: Row, tracks: Sequence[Row], name: str) -> str:
         reproduced, within = reproduced + met, within + inside
         numbers = [of.printed(value) for value in (claim.target, claim.measured, float(median))]
         band = f"{of.printed(float(low))} … {of.printed(float(high))}"
-        lines.append(f"| `{claim.experiment}` | {claim.text} | {' | '.join(numbers)} | {band} | "
-                     f"{'yes' if met else 'inside' if inside else 'no'} |")
-    lines += ["", f"{within} of {len(lines) - 2} numbers lie between the first and the last tenth of the tracks; "
-                  f"{reproduced} of these have a median within 10 %, too."]
-    return "\n".join(lines)
+        rows.append([f"`{claim.experiment}`", claim.text, *numbers, band,
+                     "yes" if met else "inside" if inside else "no"])
+    heads = ("run", "claim", "printed", TODAY, f"{name}, median", "first to last tenth", "reproduced")
+    return (f"{markdown_table(heads, rows)}\n{within} of {len(rows)} numbers lie between the first and the last tenth "
+            f"of the tracks; {reproduced} of these have a median within 10 %, too.")
 
 
 def main() -> None:
@@ -286,11 +271,10 @@ def main() -> None:
                    for name, found in judged.items()]
     decided = decision(*differences[0][1:])
     chosen = "the same, so that D does not change" if without == best else without.name
-    text = (f"{training_table(training)}\n\n{judged_table(differences)}\n\nThe decision is **{decided}**. Without the "
+    text = (f"{training_table(training)}\n{judged_table(differences)}\nThe decision is **{decided}**. Without the "
             f"overshoot of \"100 %\" training chooses {chosen}.")
-    DOCS.write_text(with_part(DOCS, "varying friction", text), encoding="utf-8")
-    CLAIMS.write_text(with_part(CLAIMS, "varying friction", printed_table(today[0], judged[best.name], best.name)),
-                      encoding="utf-8")
+    write_part(DOCS, "varying friction", text)
+    write_part(CLAIMS, "varying friction", printed_table(today[0], judged[best.name], best.name))
 
 
 if __name__ == "__main__":

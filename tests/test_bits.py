@@ -35,7 +35,7 @@ def of_page() -> tuple[str, ...]:
 # machines have. The rest of it may not; blocks are looked at by tests/maglev/fmi/test_native_sources.py.
 ELSEWHERE = {
     "maglev/analysis": "figures of a run, by Fourier transforms, and certified regions",
-    "maglev/analysis/multisine.py": "phases of an excitation are rounded, and its sines are of maglev.scenario.waves",
+    "maglev/analysis/response.py": "phases of an excitation are rounded, and its sines are of maglev.scenario.waves",
     "maglev/files/errors.py": "sizes in messages",
     "maglev/runs/experiment_check.py": "an FMU against its carried solution, within a tolerance",
     "maglev/identification": "estimates from a recording",

@@ -33,7 +33,7 @@ from maglev.fmi.documentation import documentation, typeset
 from maglev.fmi.escapes import c_comment, c_string, csv_text, xml_text
 from maglev.fmi.freestanding import listed, members, parameter_line
 from maglev.fmi.model_description import model_description, model_description_3
-from maglev.many.tuning_file import TuneFile
+from maglev.many.tuning_plan import TuneFile
 from maglev.many.tuning_search import SearchResult, gains_toml
 from maglev.pages.run_text import claims_markdown, curves_csv, run_text
 from maglev.pages.study_page import study_page

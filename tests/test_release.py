@@ -21,9 +21,8 @@ from maglev.descriptions.own_fmus import built_here, definition
 from maglev.fmi.build import write_archive
 from maglev.fmi.model_description import model_description
 from maglev.fmi.native_build import host_platform
-from maglev.runs.carried_experiments import carried_experiments
+from maglev.runs.carried_experiments import carried_experiments, input_array, run_options
 from maglev.runs.experiment_check import expected_results
-from maglev.runs.experiment_tables import input_array, run_options
 from maglev.scenario.catalogue import experiments_in
 
 ROOT = Path(__file__).parents[1]

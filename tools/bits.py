@@ -24,11 +24,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from maglev.analysis.emulator import OPTIONS, PROGRAM
-from maglev.analysis.image import FLAGS as CORTEX_M7
+from maglev.analysis.target import FLAGS as CORTEX_M7
+from maglev.analysis.target import OPTIONS, PROGRAM
 from maglev.descriptions.own_fmus import definition
 from maglev.descriptions.registry import known_stages
-from maglev.files.marked import with_part
+from maglev.files.marked import markdown_table, write_part
 from maglev.files.packages import IN_FMUS
 from maglev.files.scratch import scratch
 from maglev.fmi.block_code import BLOCK, block_code, c_path
@@ -303,11 +303,11 @@ THOROUGH = (
 
 
 def results_table(results: Mapping[Environment, tuple[str, ...] | str]) -> str:
-    rows = [f"| {environment.name} | {environment.by} | " + (
-        f"{NOT_HERE}: {result} |{(len(NAMES) - 1) * ' |'}" if isinstance(result, str)
-        else " | ".join(f"`{digest}`" for digest in result) + " |") for environment, result in results.items()]
+    cells = {environment: [f"{NOT_HERE}: {result}", *[""] * (len(NAMES) - 1)] if isinstance(result, str) else
+             [f"`{digest}`" for digest in result] for environment, result in results.items()}
     stages = [name.removeprefix("ClosedLoop").replace("DOF", "-DOF") for name in NAMES]
-    return "\n".join([f"| where | by | {' | '.join(stages)} |", f"|---|---|{len(NAMES) * '---|'}", *rows])
+    return markdown_table(("where", "by", *stages), ((environment.name, environment.by, *row)
+                                                     for environment, row in cells.items()))
 
 
 def of_page() -> set[tuple[str, ...]]:
@@ -330,7 +330,7 @@ def main() -> None:
     if arguments.check:
         seen |= of_page()
     else:
-        PAGE.write_text(with_part(PAGE, "bits", results_table(results)), encoding="utf-8")
+        write_part(PAGE, "bits", results_table(results))
     if len(seen) != 1 or any("0" * 16 in digest for digest in seen):
         sys.exit(f"not the same bits: {seen}")
 

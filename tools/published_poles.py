@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.files.marked import with_part
+from maglev.files.marked import markdown_table, write_part
 from maglev.linear.design import regulator_polynomial
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.model import equivalents, slowest_first
@@ -97,32 +97,32 @@ def pole_words(poles: Array | tuple[complex, ...]) -> str:
                      for pole in values if pole.imag >= 0.0)
 
 
-def design_table() -> list[str]:
+def design_table() -> str:
     """Printed poles, the poles of the printed gains, and how far their polynomials are apart."""
-    rows = ["| gains | printed poles (1/s) | poles of the gains (1/s) | coefficients within | verdict |",
-            "|---|---|---|---|---|"]
+    rows = []
     for gain_set in SETS:
         share, poles = largest_difference(gain_set), slowest_first(
             np.roots(regulator_polynomial(gain_set.gains, OMEGA0)).astype(np.complex128))
-        rows.append(f"| {gain_set.name} {gain_set.source} | {pole_words(gain_set.poles)} | "
-                    f"{pole_words(poles)} | {100.0 * share:.2g} % | {poles_verdict(share)} |")
-    return rows
+        rows.append((f"{gain_set.name} {gain_set.source}", pole_words(gain_set.poles), pole_words(poles),
+                     f"{100.0 * share:.2g} %", poles_verdict(share)))
+    heads = ("gains", "printed poles (1/s)", "poles of the gains (1/s)", "coefficients within", "verdict")
+    return markdown_table(heads, rows)
 
 
-def poles_beside_loop() -> list[str]:
+def poles_beside_loop() -> str:
     """Poles of the design next to those of the sampled loop of plant and regulator, and its margins."""
-    rows = ["| gains | axis, at | poles in the loop, to 300 /s (1/s) | gain factor | phase | delay | Ms | disk |",
-            "|---|---|---|---|---|---|---|---|"]
+    rows = []
     for gain_set in SETS:
         loop = loop_with(gain_set)
         axis = gain_set.axes[0]
         margins = loop.margins(axis)
         slow = [rate for rate in axis_rates(loop, axis) if abs(rate) < FAST]
-        rows.append(f"| {gain_set.name} {gain_set.source} | {axis}, {1e3 * gain_set.gap:.0f} mm | "
-                    f"{pole_words(np.array(slow))} | {margins.gain_down:.2f}…{margins.gain_up:.0f} | "
-                    f"{np.degrees(margins.phase):.0f}° | {1e3 * margins.delay:.1f} ms | "
-                    f"{margins.sensitivity_peak:.2f} | {margins.disk:.2f} |")
-    return rows
+        rows.append((f"{gain_set.name} {gain_set.source}", f"{axis}, {1e3 * gain_set.gap:.0f} mm",
+                     pole_words(np.array(slow)), f"{margins.gain_down:.2f}…{margins.gain_up:.0f}",
+                     f"{np.degrees(margins.phase):.0f}°", f"{1e3 * margins.delay:.1f} ms",
+                     f"{margins.sensitivity_peak:.2f}", f"{margins.disk:.2f}"))
+    heads = ("gains", "axis, at", "poles in the loop, to 300 /s (1/s)", "gain factor", "phase", "delay", "Ms", "disk")
+    return markdown_table(heads, rows)
 
 
 TABLES = {"design": design_table, "loop": poles_beside_loop}
@@ -130,7 +130,7 @@ TABLES = {"design": design_table, "loop": poles_beside_loop}
 
 def main() -> None:
     for name, table in TABLES.items():
-        PAGE.write_text(with_part(PAGE, name, "\n".join(table())), encoding="utf-8")
+        write_part(PAGE, name, table())
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ import maglev
 from maglev.api.target import usual_run
 from maglev.descriptions.own_fmus import DEFINITIONS, definition
 from maglev.files.errors import ScenarioError
-from maglev.files.marked import with_part
+from maglev.files.marked import markdown_table, write_part
 
 ROOT = Path(__file__).parents[1]
 COSTS = ROOT / "maglev" / "pages" / "comparison" / "costs.toml"
@@ -58,10 +58,9 @@ def as_toml(costs: Mapping[str, Cost]) -> str:
 
 
 def as_markdown(costs: Mapping[str, Cost]) -> str:
-    rows = [f"| `{name}` | {cost.mean} | {cost.least} to {cost.most} | {1e-3 * cost.flash:.1f} kB | "
-            f"{1e-3 * cost.ram:.1f} kB | {1e-3 * cost.stack:.2f} kB |\n" for name, cost in costs.items()]
-    return ("| | instructions a sample | least to most | flash | RAM | stack |\n|---|---|---|---|---|---|\n"
-            + "".join(rows))
+    return markdown_table(("", "instructions a sample", "least to most", "flash", "RAM", "stack"), (
+        (f"`{name}`", cost.mean, f"{cost.least} to {cost.most}", f"{1e-3 * cost.flash:.1f} kB",
+         f"{1e-3 * cost.ram:.1f} kB", f"{1e-3 * cost.stack:.2f} kB") for name, cost in costs.items()))
 
 
 def main() -> None:
@@ -70,7 +69,7 @@ def main() -> None:
         costs[name] = cost_of(name, run)
         print(name, costs[name], flush=True)
     COSTS.write_text(as_toml(costs), encoding="utf-8")
-    PAGE.write_text(with_part(PAGE, "costs", as_markdown(costs)), encoding="utf-8")
+    write_part(PAGE, "costs", as_markdown(costs))
 
 
 if __name__ == "__main__":

@@ -13,11 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from maglev.analysis.multisine import Grid, crest_factor, make_grid, multisine
 from maglev.analysis.numerical import linearised_here
 from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, make_pair, resting_pair, with_fmus
 from maglev.analysis.participant import Sign, no_sign
-from maglev.analysis.response import FrequencyResponse
+from maglev.analysis.response import FrequencyResponse, Grid, crest_factor, make_grid, multisine
 from maglev.cosim.isolated_run import TIMEOUT
 from maglev.files.arrays import Array, Complex
 from maglev.files.errors import LinearModelError

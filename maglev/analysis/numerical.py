@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from maglev.analysis.derivatives import Derivative, derivative
 from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, make_pair, resting_pair, with_fmus
-from maglev.analysis.participant import Sign, no_sign
-from maglev.analysis.realisation import Realisation, misfit, realise
-from maglev.analysis.translated import translated_realisation
+from maglev.analysis.participant import Derivative, Sign, derivative, no_sign
+from maglev.analysis.realisation import Realisation, misfit, realise, translated_realisation
 from maglev.cosim.isolated_run import TIMEOUT
 from maglev.files.arrays import Array
 from maglev.files.errors import LinearModelError

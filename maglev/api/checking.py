@@ -10,11 +10,10 @@ from maglev.api.running import say_notes
 from maglev.files.errors import ScenarioError, option
 from maglev.files.pictures import require_matplotlib
 from maglev.files.side_by_side import Say, Watch, processors, unwatched, warn
-from maglev.runs.baseline_check import check_runs
+from maglev.runs.baseline_check import check_runs, update_all
 from maglev.runs.baseline_file import baseline_file
-from maglev.runs.baseline_update import update_all
+from maglev.runs.chain import Scenarios, needed, select
 from maglev.runs.check_outcome import CheckResult, UpdateResult, write_junit
-from maglev.runs.selection import Scenarios, needed, select
 from maglev.scenario.layers import PACKAGED
 from maglev.scenario.options import CheckOptions, takes_options
 from maglev.scenario.run_plan import RunPlan

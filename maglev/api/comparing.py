@@ -19,10 +19,9 @@ from maglev.pages.comparison_files import compared_rows, comparison_data, show_c
 from maglev.pages.comparison_table import Row
 from maglev.pages.picture import overlay
 from maglev.pages.run_text import as_html, as_text
-from maglev.runs.chain import Ends, started
+from maglev.runs.chain import Ends, needed, started
 from maglev.runs.execution import RunResult, failed_run, run_each, simulate, thinned
 from maglev.runs.preparation import Experiment, know_stage_of
-from maglev.runs.selection import needed
 from maglev.scenario.layers import Scenario
 from maglev.scenario.loading import load_plan
 from maglev.scenario.options import CompareOptions, RunOptions, takes_options

@@ -9,10 +9,9 @@ from maglev.files.side_by_side import warn
 from maglev.files.table import given_table, read_table
 from maglev.files.table_times import Gaps
 from maglev.files.units import number_or_text, parse_quantity, refused_as
-from maglev.identification.convergence import write_convergence, write_convergence_picture
 from maglev.identification.identify import Identification
 from maglev.identification.identify import identify as identified
-from maglev.identification.model_file import write_model
+from maglev.identification.model_file import write_convergence, write_convergence_picture, write_model
 from maglev.identification.recording import read_recording
 from maglev.identification.settings import EPSILON, GAMMA
 

@@ -9,10 +9,10 @@ from maglev.descriptions.own_fmus import own_fmu
 from maglev.files.errors import ScenarioError, option
 from maglev.files.side_by_side import Say, Watch, unwatched, warn
 from maglev.identification.model_file import model_settings
-from maglev.runs.parameter_file import parameter_values
+from maglev.runs.chain import prepare_all
 from maglev.runs.preparation import Experiment, know_stage_of
 from maglev.runs.replacement import Replacement, named_or_source
-from maglev.runs.selection import prepare_all
+from maglev.runs.starts import parameter_values
 from maglev.scenario.fmus_for_runs import fmus_for_runs
 from maglev.scenario.options import RunOptions, SomeOptions, completed_options
 from maglev.scenario.run_plan import RunPlan, StartValue

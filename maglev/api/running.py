@@ -25,13 +25,13 @@ from maglev.pages.run_text import (
     write_outcomes,
 )
 from maglev.pages.what_if import run_frictionless
+from maglev.runs.chain import Scenarios, compared_with, needed, select
 from maglev.runs.execution import RunResult, completed_run, execute_all, judge_all, require_judgeable, run_as_json
 from maglev.runs.preparation import Experiment
 from maglev.runs.procedure_outcome import Outcome
 from maglev.runs.procedures import evaluate_all, judge_outcomes
 from maglev.runs.replacement import start_value_notes
 from maglev.runs.results import alone, require_parquet
-from maglev.runs.selection import Scenarios, compared_with, needed, select
 from maglev.runs.verdicts import ClaimResult, Judgements
 from maglev.scenario.layers import Scenario
 from maglev.scenario.loading import load_plan

@@ -31,10 +31,10 @@ from maglev.files.scratch import scratch
 from maglev.files.side_by_side import Say, Watch, processors, unwatched, warn
 from maglev.files.units import number_or_text, whole_number
 from maglev.many.batches import runners
+from maglev.many.study_design import require_free
 from maglev.many.study_file import StudyFile, load_study, read_study
 from maglev.many.study_plan import plan_study
-from maglev.many.study_targets import require_free
-from maglev.many.tuning_file import TuneFile
+from maglev.many.tuning_plan import TuneFile
 from maglev.pages.sample_commands import command_of, row_options
 from maglev.runs.preparation import Experiment
 from maglev.scenario.catalogue import HOST, Kind, build_written

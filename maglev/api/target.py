@@ -5,9 +5,7 @@ from functools import partial
 from math import inf
 from pathlib import Path
 
-from maglev.analysis.emulator import EmulatorError, require_emulator
-from maglev.analysis.image import generated
-from maglev.analysis.measured import Measured, on_target
+from maglev.analysis.target import EmulatorError, Measured, generated, on_target, require_emulator
 from maglev.api.comparing import put_in
 from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import BuildError, ScenarioError, option

@@ -14,8 +14,7 @@ from maglev.files.whole_file import write_whole
 from maglev.linear.parameters import controllers
 from maglev.many.batches import runners
 from maglev.many.study_parts import Parts
-from maglev.many.tuning_file import load_tuning
-from maglev.many.tuning_plan import PlannedTuning, plan_tuning
+from maglev.many.tuning_plan import PlannedTuning, load_tuning, plan_tuning
 from maglev.many.tuning_search import SearchResult, gains_toml, search, show_result
 from maglev.scenario.loading import load_plan
 from maglev.scenario.options import SampleOptions, takes_options

@@ -270,7 +270,7 @@ def margin_cells(margins: "Margins") -> list[str]:
 
 def write_pictures(out: Path, loop: "Loop", signals: tuple[str, ...]) -> list[str]:
     """Write Bode and Nyquist pictures, and return their paths."""
-    from maglev.linear.pictures import write_bode, write_nyquist
+    from maglev.linear.loop import write_bode, write_nyquist
 
     stem = f"{loop.plant.name}-{loop.controller.name}"
     bode, nyquist = out / f"{stem}.bode.png", out / f"{stem}.nyquist.png"

@@ -52,9 +52,9 @@ class Identification:
 
 
 def identify(recording: MotionRecording, method: str = "reduced", epsilon: float = EPSILON, gamma: float = GAMMA,
-             guess: Mapping[str, float] | None = None, match: bool = False, velocities: Array | None = None,
-             q0: float | None = None) -> Identification:
-    """Estimate the constants of a stage from a recording; see `run_estimator` for method, ε, γ and Q0.
+             guess: Mapping[str, float] | None = None, match: bool = False,
+             velocities: Array | None = None) -> Identification:
+    """Estimate the constants of a stage from a recording; see `run_estimator` for method, ε and γ.
 
     A `guess` has initial values; those of the estimator FMU are for constants that it does not name. `match` puts
     positions and currents through the filters that the observer's velocity has gone through. `velocities` are in m/s,
@@ -70,7 +70,7 @@ def identify(recording: MotionRecording, method: str = "reduced", epsilon: float
     rows = regressors(stage, positions, i_d, i_q, seen)
 
     def estimated(seen_rows: Sequence[RowData]) -> Estimate:
-        return run_estimator(method, seen_rows, recording.time, start, epsilon, gamma, q0)
+        return run_estimator(method, seen_rows, recording.time, start, epsilon, gamma)
 
     estimates = estimated(rows)
     travel = np.ptp(recording.positions, axis=0).tolist()

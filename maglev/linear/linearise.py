@@ -5,9 +5,8 @@ from typing import Any, Literal, get_args
 
 from maglev.files.errors import LinearModelError, one_of
 from maglev.fmi.parameter import Parameter
-from maglev.linear.controller_model import linear_controller
+from maglev.linear.controller_model import linear_controller, linear_measurement
 from maglev.linear.equilibrium import check_limit, equilibrium_of, read_positions
-from maglev.linear.measurement_model import linear_measurement
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, linear_stage, measurements
 from maglev.linear.plant_model import linear_plant

@@ -19,7 +19,7 @@ from maglev.files.installed import code
 from maglev.files.worker_process import Forged, Gone, Said, Send, Silent
 from maglev.many.repeated_run import Changes, RepeatedRun
 from maglev.many.study_columns import Column, named_values
-from maglev.many.study_targets import Target
+from maglev.many.study_design import Target
 from maglev.runs.endings import ABORTED, ending, endings
 from maglev.runs.measuring import Found, Measuring, Meter, State, run_metrics
 from maglev.runs.metrics import ManyMetrics, Metrics

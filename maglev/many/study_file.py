@@ -141,8 +141,8 @@ class Limit(Table):
         return self
 
 
-class StudyFile(Table):
-    """A study: the scenario, varied quantities, design, columns to keep, and limits for a sample to pass."""
+class Repetition(Table):
+    """The keys that files of studies and of tunings share: a scenario, its differences, a design, and limits."""
 
     name: Annotated[str, Field(pattern=r"^\w[\w.+-]*$")]   # results are named after it: it is no path
     title: str = ""
@@ -150,11 +150,16 @@ class StudyFile(Table):
     scenario: str
     controller: str | None = None   # an FMU or a Python file next to this one, instead of the scenario's
     set: dict[str, float | int | bool | str] = {}
-    vary: Annotated[list[Varied], Field(min_length=1)]
     design: Design = Design()
+    limits: dict[str, Limit] = {}
+
+
+class StudyFile(Repetition):
+    """A study: the scenario, varied quantities, design, columns to keep, and limits for a sample to pass."""
+
+    vary: Annotated[list[Varied], Field(min_length=1)]
     correlated: list[Correlated] = []
     metrics: list[str] | None = None
-    limits: dict[str, Limit] = {}
     keep: list[str] = []
     keep_interval: Annotated[Seconds, Field(gt=0.0)] | None = None
     sample_timeout: Annotated[Seconds, Field(gt=0.0)] | None = None   # wall time
@@ -189,13 +194,13 @@ class StudyFile(Table):
     @model_validator(mode="after")
     def of_one_design(self) -> "StudyFile":
         """Refuse a grid of a quantity without steps, and correlations of one that is not normal."""
-        names = {varied.column: varied for varied in self.vary}
+        normal = [varied.column for varied in self.vary if varied.kind == "normal"]
         together: set[str] = set()
         for i, group in enumerate(self.correlated):
             for name in group.of:
-                if name not in names or names[name].kind != "normal":
-                    raise key_refused("of", name, "expected names of entries with kind = 'normal'; {nearest(name, "
-                                                  "names)}", "correlated", i)
+                if name not in normal:
+                    raise key_refused("of", name, f"expected names of entries with kind = 'normal'; "
+                                                  f"{nearest(name, normal)}", "correlated", i)
                 if name in together:
                     raise key_refused("of", name, "expected in one group only", "correlated", i)
                 together.add(name)

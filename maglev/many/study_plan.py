@@ -16,9 +16,8 @@ from maglev.many.batches import batches_of
 from maglev.many.sample_key import study_key
 from maglev.many.samples import Batch, Job, code_of_package
 from maglev.many.study_columns import Column, columns_of, named_values
-from maglev.many.study_design import samples
+from maglev.many.study_design import Target, samples, target_values, targets_of
 from maglev.many.study_file import StudyFile
-from maglev.many.study_targets import Target, target_values, targets_of
 from maglev.runs.execution import expected
 from maglev.runs.preparation import Experiment
 from maglev.user.blocks import built_blocks

@@ -30,8 +30,7 @@ from maglev.many.batches import RunBatches, batches_of
 from maglev.many.samples import BatchResult
 from maglev.many.study_columns import EVENTS, FLAWS
 from maglev.many.study_parts import Parts
-from maglev.many.tuning_file import TuneFile
-from maglev.many.tuning_plan import Cost, PlannedTuning
+from maglev.many.tuning_plan import Cost, PlannedTuning, TuneFile
 from maglev.scenario.quantities import metric_text
 
 

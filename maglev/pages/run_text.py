@@ -11,6 +11,7 @@ from rich.text import Text
 
 from maglev.files.console import ResultTable, heading, plain_console
 from maglev.files.errors import visible
+from maglev.files.marked import markdown_table
 from maglev.files.whole_file import write_whole
 from maglev.fmi.escapes import csv_text
 from maglev.pages.status import is_listed, modification, own_and_packaged, run_status
@@ -318,20 +319,14 @@ def kinds_markdown(claims: Sequence[ClaimResult]) -> str:
         rows.append((name, len(of_kind), *(counts[verdict] or "–" for verdict in shown),
                      *(sum(claim.verdict == "reproduced" and getattr(claim.claim, key) is not None for claim in of_kind)
                        or "–" for key in apart.values())))
-    return markdown_rows(["what is claimed", "claims", *shown, *apart], rows)
+    return markdown_table(["what is claimed", "claims", *shown, *apart], rows)
 
 
 def claims_table(noun: str, claims: Sequence[tuple[str, ClaimResult]], expected: str = "thesis value") -> str:
     """Return claims of one kind with the names of their runs or procedures, as a table in Markdown."""
-    return markdown_rows(("run", noun, "source", expected, "here", "verdict"), (
+    return markdown_table(("run", noun, "source", expected, "here", "verdict"), (
         (f"`{name}`", judged.claim.text, judged.claim.cited, judged.claim.criterion, judged.measured_text,
          f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict) for name, judged in claims))
-
-
-def markdown_rows(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    lines = ["| " + " | ".join(" ".join(str(cell).split()).replace("|", "\\|") for cell in cells) + " |"
-             for cells in (heads, *rows)]
-    return "\n".join([lines[0], "|---" * len(heads) + "|", *lines[1:]]) + "\n"
 
 
 def outcome_line(result: RunResult, metrics: Metrics) -> str:

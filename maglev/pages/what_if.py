@@ -9,8 +9,7 @@ from maglev.runs.execution import RunResult
 from maglev.runs.preparation import Experiment, with_unit
 from maglev.runs.procedure_outcome import Outcome
 from maglev.runs.procedures import evaluate_all, judge_procedure
-from maglev.runs.run_claims import judge_run
-from maglev.runs.verdicts import Judgements, blames
+from maglev.runs.verdicts import Judgements, blames, judge_run
 from maglev.scenario.run_plan import StartValue
 
 FRICTION = (".friction.coulomb", ".friction.viscous")   # ends of the names of its parameters, of every axis

@@ -4,9 +4,11 @@ How far a run may be from the samples, and at which times these are, the scenari
 """
 
 import csv
+import hashlib
 import io
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,15 +18,67 @@ import numpy.typing as npt
 
 from maglev.cosim.master import Recording
 from maglev.files.arrays import Array
-from maglev.files.errors import BaselineError, nearest
+from maglev.files.errors import BaselineError, nearest, shortened
+from maglev.files.regular_file import regular
 from maglev.files.table import DataTable, read_table
 from maglev.files.time_grid import ON_GRID, whole_steps
 from maglev.files.units import refused_as
 from maglev.files.whole_file import write_whole
-from maglev.runs.digests import Digest, digest_of, read_digests, write_digests
 from maglev.scenario.run_plan import RunPlan
 
 LARGEST_FILE = 1_000_000   # bytes: baselines are committed
+
+DIGESTS = "digests.txt"   # in a folder of baselines, a line for each run that has the same bits on every machine
+DIGEST_LINE = re.compile(r"([0-9a-f]{64})  (\S+): (\d+) signals at (\d+) samples")
+
+
+class Digest(NamedTuple):
+    """SHA-256 of a recording, its signals, and its samples."""
+
+    sha256: str
+    signals: int
+    samples: int
+
+    @property
+    def extent(self) -> str:
+        return f"{self.signals} signals at {self.samples} samples"
+
+
+def digest_of(time: npt.NDArray[np.float64], columns: Mapping[str, npt.NDArray[Any]]) -> Digest:
+    """Return the digest of columns of numbers and Booleans, shape (n,), by name, and of their times (s)."""
+    hashed = hashlib.sha256()
+    for name, values in [("time", time), *((name, columns[name]) for name in sorted(columns))]:
+        hashed.update(name.encode("utf-8") + b"\0")
+        numbers = np.array(values, dtype="<f8")
+        numbers[np.isnan(numbers)] = np.nan   # whose sign depends on the processor
+        hashed.update(numbers.data)
+    return Digest(hashed.hexdigest(), len(columns), len(time))
+
+
+def read_digests(folder: Path) -> dict[str, Digest]:
+    """Return the digests of a folder by run; BaselineError names a line that is no digest, or the second of a run."""
+    path = folder / DIGESTS
+    if not path.exists():
+        return {}
+    digests: dict[str, Digest] = {}
+    lines = regular(path).read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    for number, line in enumerate(lines, 1):
+        match = DIGEST_LINE.fullmatch(line)
+        repeated = match is not None and match[2] in digests
+        if match is None or repeated:
+            raise BaselineError(f"{path}, line {number}: {shortened(line)}: expected SHA-256, name, signals and "
+                                "samples of a run, each run once")
+        digests[match[2]] = Digest(match[1], int(match[3]), int(match[4]))
+    return digests
+
+
+def write_digests(folder: Path, changed: Mapping[str, Digest | None]) -> None:
+    """Add or replace the digests of runs in a folder; None removes one. Errors as of `read_digests`."""
+    digests = read_digests(folder)
+    new = {name: digest for name, digest in (digests | dict(changed)).items() if digest is not None}
+    if new != digests:
+        write_whole(folder / DIGESTS,
+                    "".join(f"{new[name].sha256}  {name}: {new[name].extent}\n" for name in sorted(new)))
 
 
 class Tolerance(NamedTuple):

@@ -16,7 +16,6 @@ from maglev.files.cache import FILES, digest_at
 from maglev.files.errors import FAILURES, Interrupted, MeasurementError, ScenarioError, in_one_line
 from maglev.files.side_by_side import Progress, Watcher
 from maglev.files.whole_file import whole_file, write_whole
-from maglev.runs import run_claims
 from maglev.runs.chain import Ended, Ends, chained, ends_of, started
 from maglev.runs.endings import ABORTED, COMPLETED, ending
 from maglev.runs.measures import measures_data, measures_of
@@ -25,7 +24,7 @@ from maglev.runs.metrics import Metrics, metrics_data, phase_resistances
 from maglev.runs.preparation import Experiment
 from maglev.runs.provenance import Provenance
 from maglev.runs.results import ResultFiles, write_csv, write_parquet
-from maglev.runs.verdicts import Judgements, of_modified_runs
+from maglev.runs.verdicts import Judgements, judge_run, of_modified_runs, require_sides
 from maglev.scenario.options import Format
 from maglev.scenario.run_plan import RunPlan
 
@@ -187,7 +186,7 @@ def require_judgeable(experiments: Sequence[Experiment]) -> None:
             others = {name: expected(by_name[name]) for claim in plan.claims for name in claim.other_runs
                       if name in by_name}
             try:
-                run_claims.require_sides(plan.claims, expected(experiment), others)
+                require_sides(plan.claims, expected(experiment), others)
             except MeasurementError as error:
                 raise ScenarioError(f"{plan.source}: {error}") from None
 
@@ -266,7 +265,7 @@ def judge_all(results: Sequence[RunResult]) -> Judgements:
     for result in results:
         name = result.plan.name
         claims = [replace(claim, counts=not result.plan.another_reading)
-                  for claim in run_claims.judge_run(result.plan.claims, result.metrics, metrics)]
+                  for claim in judge_run(result.plan.claims, result.metrics, metrics)]
         others = [{name, *claim.other_runs} & modified for claim in result.plan.claims]
         judged[name] = [verdict for claim, other in zip(claims, others, strict=True)
                         for verdict in (of_modified_runs([claim]) if other else [claim])]

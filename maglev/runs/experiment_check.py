@@ -24,13 +24,12 @@ from maglev.files.side_by_side import Progress, Watch, Watcher, processors, unwa
 from maglev.files.time_grid import ON_GRID
 from maglev.files.worker_process import Forged
 from maglev.fmi.parameter import REALS
-from maglev.runs import experiment_tables as tables
+from maglev.runs import carried_experiments as carried
 from maglev.runs.baseline_check import deviation_text
 from maglev.runs.baseline_file import Tolerance
 from maglev.runs.carried_experiments import CarriedExperiment, File, carried_experiments
 from maglev.runs.chain import chained
-from maglev.runs.check_outcome import CheckResult, write_junit
-from maglev.runs.deviation import Deviation, WorstDifference, first_deviation, worst
+from maglev.runs.check_outcome import CheckResult, Deviation, WorstDifference, first_deviation, worst, write_junit
 from maglev.user.source import FmuFile
 
 SOLVER_TOLERANCE = 1e-8   # relative, of the integration of model exchange, by default
@@ -185,7 +184,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
             raise FmuError(experiment.problem or "there are no results, expected some to compare with")
         description = checked_description(f"{path}:", path)
         variables = {v.name: v for v in description.modelVariables}
-        run, tolerances = tables.run_options(experiment.options)
+        run, tolerances = carried.run_options(experiment.options)
         expected = expected_results(experiment.results, variables, tolerances, partial)
         asked = times_of(experiment, description, run, expected.time)
         lacking = missing_times(expected.time, asked)
@@ -193,8 +192,8 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
             raise FmuError(f"{experiment.results.place}: no results from {lacking[0]}, expected them for the whole "
                            f"experiment; {option('partial', True)} compares the existing ones")
         result, said = run_where_it_belongs(
-            path, asked, tables.given_starts(experiment.parameters, description) if experiment.parameters else {},
-            tables.input_array(experiment.inputs, variables) if experiment.inputs else None, list(expected.values),
+            path, asked, carried.given_starts(experiment.parameters, description) if experiment.parameters else {},
+            carried.input_array(experiment.inputs, variables) if experiment.inputs else None, list(expected.values),
             progress, timeout)
         deviation, differences = compare_results(expected, result, variables)
     except FAILURES as error:
@@ -211,7 +210,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
     same = all(difference == 0.0 for difference, _ in differences.values())
     message = (f"passed, {counted} to t = {expected.time[-1]:.9g} s "
                + ("equal the results in it" if same else "are within tolerance")
-               + (f", {tables.TOLERANCE:g} of the largest value" + (" where none is given" if tolerances else "")
+               + (f", {carried.TOLERANCE:g} of the largest value" + (" where none is given" if tolerances else "")
                   if not same and not tolerances.keys() >= expected.values.keys() else "")
                + (f"; not compared: {', '.join(left_out)}" if (left_out := [*expected.left_out, *lacking]) else ""))
     return outcome("passed", message)
@@ -220,9 +219,9 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
 def expected_results(file: File, variables: Mapping[str, ScalarVariable],
                      given: Mapping[str, Tolerance], partial: bool) -> Expected:
     """Results of a file that are numbers of a variable of the FMU; tolerances and `partial` as of `check_fmus`."""
-    table = tables.read_columns(file, variables)
+    table = carried.read_columns(file, variables)
     columns = table.names
-    left_out = [name for name in columns if name not in variables or variables[name].type in tables.TEXTS]
+    left_out = [name for name in columns if name not in variables or variables[name].type in carried.TEXTS]
     values = {name: table.values(variables[name]) for name in columns if name not in left_out}
     if not values:
         name = left_out[0]
@@ -237,7 +236,7 @@ def expected_results(file: File, variables: Mapping[str, ScalarVariable],
         raise FmuError(f"{file.place}: column {absent}: the FMU has no such variable, "
                        f"{nearest(absent, variables)}; {option('partial', True)} compares the others")
     tolerances = {name: given.get(name, Tolerance(
-        tables.TOLERANCE * float(np.max(np.abs(column))) if variables[name].type in REALS else 0.0, 0.0))
+        carried.TOLERANCE * float(np.max(np.abs(column))) if variables[name].type in REALS else 0.0, 0.0))
         for name, column in values.items()}
     return Expected(table.time, values, tolerances, left_out, table.table.said)
 

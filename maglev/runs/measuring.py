@@ -13,7 +13,6 @@ import numpy as np
 
 from maglev.files.arrays import Array, Bools, Texts
 from maglev.files.errors import MeasurementError
-from maglev.runs.flagged_axes import axes_at_stops, axes_furthest_off
 from maglev.runs.metrics import (
     Deviation,
     Effort,
@@ -23,6 +22,8 @@ from maglev.runs.metrics import (
     MotorCurrents,
     StepResponse,
     TrackingError,
+    axes_at_stops,
+    axes_furthest_off,
     extremes_of,
     finite_column,
     larger_of,

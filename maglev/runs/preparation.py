@@ -26,10 +26,8 @@ from maglev.files.fmi_units import typeset_unit
 from maglev.files.side_by_side import Progress
 from maglev.files.time_grid import whole_steps
 from maglev.files.units import refused_as
-from maglev.runs.parameter_file import without_fed
-from maglev.runs.port_check import check_names
+from maglev.runs.plan_check import check_names, require_reachable
 from maglev.runs.provenance import Provenance, UsedFmu, departures_of
-from maglev.runs.reach import require_reachable
 from maglev.runs.replacement import Replacement, fit, known_ports, require_essential
 from maglev.runs.starts import (
     Following,
@@ -38,6 +36,7 @@ from maglev.runs.starts import (
     known_participant,
     known_start,
     of_declared_types,
+    without_fed,
 )
 from maglev.scenario.options import OPTIONS, RunOptions, completed_options
 from maglev.scenario.run_plan import RunPlan, StartValue

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Collection, Sequence
 
 from maglev.files.errors import MaglevError, in_one_line
-from maglev.runs import cogging, complete_model, forgetting, parabolas
-from maglev.runs import equilibrium_currents as equilibrium
+from maglev.runs import complete_model, forgetting, parabolas
+from maglev.runs.equilibrium_currents import evaluate_cogging, evaluate_currents
 from maglev.runs.execution import RunResult
 from maglev.runs.procedure_data import Runs
 from maglev.runs.procedure_outcome import Outcome
@@ -13,7 +13,7 @@ from maglev.scenario.claims import GapRange, ProcedureClaim
 from maglev.scenario.procedure import Kind, ProcedureSettings
 
 EVALUATIONS: dict[Kind, Callable[[ProcedureSettings, Runs], Outcome]] = {
-    "parabolas": parabolas.evaluate, "equilibrium": equilibrium.evaluate, "cogging": cogging.evaluate,
+    "parabolas": parabolas.evaluate, "equilibrium": evaluate_currents, "cogging": evaluate_cogging,
     "identification": complete_model.evaluate, "forgetting": forgetting.evaluate}
 
 SAME = 1e-6   # m or s; gaps and ε are compared as written

@@ -1,4 +1,4 @@
-"""The tables of stages and of capability flags are those of the descriptions; a few values stand here by themselves."""
+"""The tables in pages are those that the tool makes of the code; a few values stand here by themselves."""
 
 import re
 import runpy

@@ -11,7 +11,7 @@ import pytest
 from named_stage import Stage2DOF, Stage3DOF
 
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.runs.selection import select
+from maglev.runs.chain import select
 from maglev.runs.verdicts import ClaimResult, MeasuredValue, judge
 from maglev.scenario.claims import RunClaim
 from maglev.scenario.loading import load_plan

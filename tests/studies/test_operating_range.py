@@ -30,7 +30,7 @@ from maglev.pages.operating_range import (
 )
 from maglev.runs.preparation import prepare
 from maglev.scenario.loading import load_plan
-from studies.laws import markdown_table, origin_of, write_picture
+from studies.laws import origin_of, shares_markdown, write_picture
 from studies.operating_range import COLOURS, outcomes, read_outcomes
 
 
@@ -54,7 +54,7 @@ def test_shares_are_of_the_map_with_nominal_constants(tmp_path: Path) -> None:
                      Origin("0.0", None))
     assert table(found) == [("controller", "horizontal step", OUTCOMES[SETTLED], OUTCOMES[STOPPED], SETTLED_ALWAYS),
                             *((law, "0 mm", "50 %", "50 %", "25 %") for law in ("nonlinear", "PID"))]
-    assert "| nonlinear | 0 mm | 50 % |" in markdown_table(table(found))
+    assert "| nonlinear | 0 mm | 50 % |" in shares_markdown(table(found))
     write_picture(tmp_path / "maps.png", "maps", maps_of(found), OUTCOMES, COLOURS, SETTLED_NOMINAL)
     assert (tmp_path / "maps.png").read_bytes().startswith(b"\x89PNG")
 

@@ -20,7 +20,7 @@ from maglev.pages.tolerances import (
     last_that_holds,
     table,
 )
-from studies.laws import LAWS, NAMES, markdown_table
+from studies.laws import LAWS, NAMES, shares_markdown
 from studies.tolerances import SIZES, outcomes, study_of
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -72,5 +72,5 @@ def test_results_are_complete_and_on_their_page(tmp_path: Path) -> None:
                 assert found.shape == (len(SIZES), len(question.down.values), len(question.along.values))
                 assert {*np.unique(found)} <= {*range(len(OUTCOMES))}
                 assert np.array_equal(found, again[name].grids[question.name].laws[law])
-        assert markdown_table(table(stage)) in page
+        assert shares_markdown(table(stage)) in page
         assert (DOCS / f"tolerances-{name}.png").is_file() and f"](tolerances-{name}.png)" in page

@@ -18,11 +18,11 @@ from maglev.cosim.open import read_description
 from maglev.files.errors import MaglevError
 from maglev.linear.parameters import block_of
 from maglev.many.episode_draws import Draw, Parameters
-from maglev.many.study_targets import target_values, targets_of
+from maglev.many.study_design import target_values, targets_of
 from maglev.runs.carried_experiments import File
-from maglev.runs.experiment_tables import given_starts as carried_values
-from maglev.runs.parameter_file import parameter_values
+from maglev.runs.carried_experiments import given_starts as carried_values
 from maglev.runs.preparation import prepare
+from maglev.runs.starts import parameter_values
 from maglev.scenario.loading import load_plan
 from maglev.scenario.settings import start_values
 from maglev.user.new_stage import new_stage

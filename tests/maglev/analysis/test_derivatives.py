@@ -7,8 +7,7 @@ from threading import Lock
 import numpy as np
 import pytest
 
-from maglev.analysis.derivatives import Derivative, derivative
-from maglev.analysis.participant import Participant
+from maglev.analysis.participant import Derivative, Participant, derivative
 from maglev.cosim.master import FmuSetup
 from maglev.files.errors import LinearModelError
 

@@ -11,8 +11,7 @@ import pytest
 from command_line import error_line, maglev
 
 from maglev.analysis.frequency_response import frequency_response
-from maglev.analysis.multisine import crest_factor, make_grid, multisine
-from maglev.analysis.response import FrequencyResponse, untold
+from maglev.analysis.response import FrequencyResponse, crest_factor, make_grid, multisine, untold
 from maglev.files.errors import LinearModelError
 from maglev.linear.margins import Margins, margins_between
 
@@ -31,7 +30,7 @@ def test_a_multisine_has_its_lines_alone_and_its_peak(monkeypatch: pytest.Monkey
     assert grid.frequencies[0] == pytest.approx(3.0, rel=1e-3)
     assert grid.frequencies[-1] <= 300.0
     clipped = np.mean([crest_factor(multisine(grid, 1.0, seed)) for seed in range(6)])
-    monkeypatch.setattr("maglev.analysis.multisine.CLIPPINGS", 1)
+    monkeypatch.setattr("maglev.analysis.response.CLIPPINGS", 1)
     assert clipped < 0.9 * np.mean([crest_factor(multisine(grid, 1.0, seed)) for seed in range(6)])
 
 
@@ -42,7 +41,7 @@ def test_an_excitation_has_the_same_bits_with_another_fourier_transform(monkeypa
     turned = 1.0 + 1e-13 * np.exp(1j * np.arange(grid.samples // 2 + 1))
     monkeypatch.setattr(np.fft, "rfft", lambda x: transform(x) * turned)
     assert multisine(grid, 2e-4, 5).tobytes() == signal.tobytes()
-    monkeypatch.setattr("maglev.analysis.multisine.DIGITS", 15)
+    monkeypatch.setattr("maglev.analysis.response.DIGITS", 15)
     assert multisine(grid, 2e-4, 5).tobytes() != signal.tobytes()
 
 

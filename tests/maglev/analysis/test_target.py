@@ -14,9 +14,20 @@ from native_builds import require_native_tools
 from written_controllers import LOOPS, PD, TRIAL
 
 import maglev as front_door
-from maglev.analysis.emulator import MISSING, OPTIONS, PROGRAM, Emulator, EmulatorError
-from maglev.analysis.image import generated, linked
-from maglev.analysis.measured import Emulated, Measured, equal_columns, in_the_loop, on_target
+from maglev.analysis.target import (
+    MISSING,
+    OPTIONS,
+    PROGRAM,
+    Emulated,
+    Emulator,
+    EmulatorError,
+    Measured,
+    equal_columns,
+    generated,
+    in_the_loop,
+    linked,
+    on_target,
+)
 from maglev.api.comparing import put_in
 from maglev.api.target import usual_run
 from maglev.cosim.master import Recording, RunFailed

@@ -18,8 +18,8 @@ from native_builds import require_native_tools
 from psutil import NoSuchProcess, Process
 
 from maglev.files.errors import Interrupted
-from maglev.runs.baseline_update import update_all
-from maglev.runs.selection import prepare_all
+from maglev.runs.baseline_check import update_all
+from maglev.runs.chain import prepare_all
 from maglev.scenario.loading import load_plan
 
 LONG = '\nextends = "{base}"\nname = "{name}"\ntitle = "A long hold"\nstop_time = "{seconds} s"\n'

@@ -13,7 +13,7 @@ from maglev.cosim.fmu import read_description
 from maglev.cosim.master import FmuSetup, Master, Recording
 from maglev.cosim.port_map import PortMap
 from maglev.files.errors import FmuError, ScenarioError
-from maglev.runs.port_check import PortCheck
+from maglev.runs.plan_check import PortCheck
 from maglev.runs.preparation import beyond_ranges
 
 SOURCE = Path(__file__).parents[2] / "support" / "typed_fmu.c"

@@ -22,9 +22,9 @@ from maglev.files.toml_file import read_toml
 from maglev.identification.model_file import model_settings
 from maglev.many.dataset import read_dataset
 from maglev.pages.shell import has_own_index, pages_in
+from maglev.runs.baseline_file import read_digests
 from maglev.runs.carried_experiments import carried_experiments
-from maglev.runs.digests import read_digests
-from maglev.runs.parameter_file import read_parameters
+from maglev.runs.starts import read_parameters
 from maglev.scenario.loading import load_plan
 from maglev.user.source import PythonFile
 

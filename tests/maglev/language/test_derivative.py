@@ -10,7 +10,7 @@ import pytest
 from many_digits import many_digits
 from written_blocks import load_block
 
-from maglev.analysis.translated import numbers_of
+from maglev.analysis.realisation import numbers_of
 from maglev.descriptions.registry import known_stages
 from maglev.fmi.definition import FmuDefinition, read, write
 from maglev.language.blocks import derivative

@@ -27,7 +27,7 @@ def tool() -> ModuleType:
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("name", ["design", "loop"])
 def test_the_page_has_the_table(tool: ModuleType, name: str) -> None:
-    text = with_part(tool.PAGE, name, "\n".join(tool.TABLES[name]()))
+    text = with_part(tool.PAGE, name, tool.TABLES[name]())
     assert tool.PAGE.read_text(encoding="utf-8") == text, "python tools/published_poles.py writes it again"
 
 

@@ -18,7 +18,7 @@ from maglev.files.errors import MaglevError
 from maglev.many.sample_key import LEFT_OUT, canonical, study_key
 from maglev.many.samples import Job
 from maglev.many.study_columns import columns_of, named_values
-from maglev.many.study_targets import Target
+from maglev.many.study_design import Target
 from maglev.runs.measuring import run_metrics
 from maglev.runs.metrics import phase_resistances
 from maglev.runs.preparation import Experiment, prepare

@@ -6,7 +6,7 @@ import pytest
 
 import maglev
 from maglev.files.errors import MaglevError
-from maglev.many.tuning_file import load_tuning
+from maglev.many.tuning_plan import load_tuning
 
 
 @pytest.fixture(autouse=True)

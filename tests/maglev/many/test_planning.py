@@ -12,7 +12,7 @@ import maglev
 from maglev.api import studying
 from maglev.files.errors import ScenarioError
 from maglev.many.dataset import samples_schema
-from maglev.many.study_targets import require_free
+from maglev.many.study_design import require_free
 from maglev.scenario.settings import start_values
 
 Usage = namedtuple("Usage", "total used free")

@@ -18,8 +18,7 @@ import maglev
 from maglev.cosim.lane_loop import DONE, LaneLoop, Taken
 from maglev.files.errors import Interrupted, ScenarioError
 from maglev.many import batches
-from maglev.many.tuning_file import FOLDER, load_tuning, read_tuning
-from maglev.many.tuning_plan import PlannedTuning, plan_tuning
+from maglev.many.tuning_plan import FOLDER, PlannedTuning, load_tuning, plan_tuning, read_tuning
 from maglev.runs.preparation import prepare
 from maglev.scenario.loading import load_plan
 

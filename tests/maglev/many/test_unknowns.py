@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maglev.linear.design import gains_of, regulator_polynomial
-from maglev.many.tuning_file import read_tuning
-from maglev.many.tuning_plan import Unknowns, placed_gains
+from maglev.many.tuning_plan import Unknowns, placed_gains, read_tuning
 from maglev.many.tuning_search import row
 
 OMEGA0 = 1.5 * np.pi

@@ -13,12 +13,19 @@ from hypothesis import strategies as st
 import maglev
 from maglev.cosim.master import Recording, RunFailed
 from maglev.files.errors import BaselineError, ScenarioError
-from maglev.runs.baseline_check import check_run
-from maglev.runs.baseline_file import Baseline, Tolerance, baseline_file, read_baseline
-from maglev.runs.baseline_update import renewed, write_updated
-from maglev.runs.check_outcome import CheckResult, UpdateResult, describe, exit_code
-from maglev.runs.deviation import Deviation, WorstDifference, first_deviation, samples_of, worst
-from maglev.runs.digests import read_digests, write_digests
+from maglev.runs.baseline_check import check_run, renewed, write_updated
+from maglev.runs.baseline_file import Baseline, Tolerance, baseline_file, read_baseline, read_digests, write_digests
+from maglev.runs.check_outcome import (
+    CheckResult,
+    Deviation,
+    UpdateResult,
+    WorstDifference,
+    describe,
+    exit_code,
+    first_deviation,
+    samples_of,
+    worst,
+)
 from maglev.runs.preparation import Experiment, prepare
 from maglev.runs.replacement import Replacement
 from maglev.scenario.loading import load_plan

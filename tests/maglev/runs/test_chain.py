@@ -11,12 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maglev.files.errors import ScenarioError
-from maglev.runs.baseline_check import check_runs
-from maglev.runs.baseline_update import update_all
-from maglev.runs.chain import Ends, chained, started
+from maglev.runs.baseline_check import check_runs, update_all
+from maglev.runs.chain import Ends, chained, needed, prepare_all, select, started
 from maglev.runs.check_outcome import CheckResult, UpdateResult
 from maglev.runs.execution import RunResult, execute_all
-from maglev.runs.selection import needed, prepare_all, select
 from maglev.scenario.layers import PACKAGED
 from maglev.scenario.loading import load_plans
 from maglev.scenario.run_plan import RunOutput, RunPlan

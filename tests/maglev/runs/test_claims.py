@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from maglev.files.errors import MeasurementError
 from maglev.runs.measures import measured_values
 from maglev.runs.metrics import Deviation, EventResponse, Metrics, MotorCurrents, StepResponse, TrackingError
-from maglev.runs.run_claims import judge_run
+from maglev.runs.verdicts import judge_run
 from maglev.scenario.claims import RunClaim
 
 

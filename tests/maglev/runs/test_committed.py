@@ -6,9 +6,8 @@ import pytest
 from packaged_plans import RUNS
 
 from maglev.runs.baseline_check import check_run
-from maglev.runs.baseline_file import baseline_file
+from maglev.runs.baseline_file import DIGESTS, baseline_file, read_digests
 from maglev.runs.check_outcome import CheckResult, describe
-from maglev.runs.digests import FILE, read_digests
 from maglev.runs.preparation import prepare
 from maglev.scenario.layers import PACKAGED
 from maglev.scenario.run_plan import RunPlan
@@ -33,7 +32,7 @@ def deviates(result: CheckResult, latest: float) -> None:
 
 
 def test_every_run_has_a_baseline_and_every_baseline_a_run() -> None:
-    expected = {BASELINES / FILE, *(baseline_file(BASELINES, run.name) for run in RUNS)}
+    expected = {BASELINES / DIGESTS, *(baseline_file(BASELINES, run.name) for run in RUNS)}
     assert set(BASELINES.iterdir()) == expected
     assert set(read_digests(BASELINES)) == {run.name for run in RUNS}
     assert all(file.stat().st_size < 1_000_000 for file in expected)

@@ -8,8 +8,7 @@ import pytest
 
 from maglev.files.errors import MeasurementError
 from maglev.runs.metrics import Metrics, MotorCurrents, StepResponse, TrackingError
-from maglev.runs.run_claims import judge_run
-from maglev.runs.verdicts import ClaimResult
+from maglev.runs.verdicts import ClaimResult, judge_run
 from maglev.scenario.claims import RunClaim
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from maglev.files.errors import BaselineError
-from maglev.runs.digests import FILE, Digest, digest_of, read_digests, write_digests
+from maglev.runs.baseline_file import DIGESTS, Digest, digest_of, read_digests, write_digests
 
 
 def test_it_is_of_names_and_little_endian_doubles_in_order_of_names() -> None:
@@ -32,8 +32,8 @@ def test_there_and_back(tmp_path: Path) -> None:
     write_digests(tmp_path, {"mine": digest, "her-own": digest})
     assert read_digests(tmp_path) == {"her-own": digest, "mine": digest}
     lines = "".join(f"{digest.sha256}  {name}: 12 signals at 130001 samples\n" for name in ("her-own", "mine"))
-    assert (tmp_path / FILE).read_bytes() == lines.encode()
-    (tmp_path / FILE).write_text(lines, encoding="utf-8-sig")
+    assert (tmp_path / DIGESTS).read_bytes() == lines.encode()
+    (tmp_path / DIGESTS).write_text(lines, encoding="utf-8-sig")
     assert read_digests(tmp_path)["mine"] == digest, "as editors on Windows write it"
     write_digests(tmp_path, {"mine": None, "nobody's": None})
     assert read_digests(tmp_path) == {"her-own": digest}
@@ -46,9 +46,9 @@ GOOD = f"{'0' * 64}  mine: 1 signals at 2 samples\n"
     ("0123  mine: 1 signals at 2 samples\n", 1), ("not a digest", 1), ("\xe4" * 64, 1), (f"{GOOD}{GOOD}", 2),
     (f"{GOOD}<<<<<<< HEAD\n", 2)])
 def test_another_file_is_refused(tmp_path: Path, text: str, line: int) -> None:
-    (tmp_path / FILE).write_text(text, encoding="utf-8")
+    (tmp_path / DIGESTS).write_text(text, encoding="utf-8")
     with pytest.raises(BaselineError, match=rf"digests.txt, line {line}: .*: expected SHA-256, name, signals and"):
         read_digests(tmp_path)
     with pytest.raises(BaselineError, match="digests.txt, line"):
         write_digests(tmp_path, {"other": None})
-    assert (tmp_path / FILE).read_text(encoding="utf-8") == text
+    assert (tmp_path / DIGESTS).read_text(encoding="utf-8") == text

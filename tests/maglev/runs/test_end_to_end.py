@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from maglev.runs.chain import prepare_all
 from maglev.runs.execution import RunResult, execute_all
 from maglev.runs.procedure_outcome import Outcome
 from maglev.runs.procedures import evaluate_all, judge_procedure
-from maglev.runs.selection import prepare_all
 from maglev.scenario.layers import PACKAGED
 from maglev.scenario.loading import load_plans
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from maglev.runs.endings import cause, ending, endings, severity
-from maglev.runs.flagged_axes import axes_at_stops, axes_furthest_off
-from maglev.runs.metrics import ManyMetrics, Metrics
+from maglev.runs.metrics import ManyMetrics, Metrics, axes_at_stops, axes_furthest_off
 from maglev.scenario.loading import load_plan
 
 QUIET = Metrics((), (), (), {"y": 0.0, "x": 0.0, "z": 0.0}, None, None, False)

@@ -16,7 +16,7 @@ from left_processes import require_none
 from maglev.cosim.master import FmuSetup, Master
 from maglev.files.errors import FmuError
 from maglev.runs.baseline_file import Tolerance
-from maglev.runs.carried_experiments import CarriedExperiment, File
+from maglev.runs.carried_experiments import CarriedExperiment, File, given_starts
 from maglev.runs.experiment_check import (
     Expected,
     FmuRun,
@@ -28,7 +28,6 @@ from maglev.runs.experiment_check import (
     run_where_it_belongs,
     times_of,
 )
-from maglev.runs.experiment_tables import given_starts
 
 FALL = "time,v.position\n0,0.02\n0.02,0.0202\n"   # as a file of results looks
 RESULT = 'type="text/csv" source="fall.csv" role="result" description="a fall"'

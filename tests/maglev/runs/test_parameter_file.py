@@ -11,7 +11,7 @@ from maglev.files.errors import ScenarioError
 from maglev.files.fmi_units import BASE_UNITS
 from maglev.files.units import UNITS, known_unit, parse_quantity
 from maglev.fmi.parameter_set import SSC, SSV, Value, parameter_set, xml_file
-from maglev.runs.parameter_file import files_given, read_parameters
+from maglev.runs.starts import files_given, read_parameters
 
 FMUS = ("controller", "plant")
 

@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from maglev.files.errors import ScenarioError
-from maglev.runs.selection import select
+from maglev.runs.chain import select
 from maglev.scenario.layers import PACKAGED
 from maglev.scenario.loading import load_plan, load_plans
 from maglev.scenario.procedure import ProcedureSettings

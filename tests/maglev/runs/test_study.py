@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from maglev.files.errors import ScenarioError
+from maglev.runs.chain import compared_with, select
 from maglev.runs.execution import execute_all, judge_all
 from maglev.runs.preparation import prepare
-from maglev.runs.selection import compared_with, select
 from maglev.scenario.layers import packaged_runs
 from maglev.scenario.loading import load_plan, load_plans
 from maglev.scenario.settings import start_values

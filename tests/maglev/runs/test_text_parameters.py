@@ -12,11 +12,10 @@ from maglev.cosim.fmu import Fmu, checked_description, read_description
 from maglev.cosim.port_map import read_port_maps
 from maglev.files.errors import FmuError, ScenarioError
 from maglev.fmi.parameter_set import SSV
-from maglev.runs.carried_experiments import File
-from maglev.runs.experiment_tables import given_starts
-from maglev.runs.parameter_file import of_type, parameter_values
+from maglev.runs.carried_experiments import File, given_starts
 from maglev.runs.preparation import Experiment, prepare
 from maglev.runs.replacement import Replacement
+from maglev.runs.starts import of_type, parameter_values
 from maglev.scenario.loading import load_plan
 from maglev.scenario.run_plan import StartValue
 from maglev.scenario.settings import Settings, start_values

@@ -6,10 +6,10 @@ import pytest
 from named_stage import Stage5DOF
 
 from maglev.descriptions.packaged import PACKAGED_STAGES
+from maglev.runs.chain import prepare_all
 from maglev.runs.execution import execute_all
 from maglev.runs.procedure_outcome import Outcome
 from maglev.runs.procedures import evaluate_all
-from maglev.runs.selection import prepare_all
 from maglev.scenario.layers import PACKAGED
 from maglev.scenario.loading import load_plans
 from pmlsm.gap_functions import gap_functions

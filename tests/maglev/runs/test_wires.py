@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from maglev.files.errors import ScenarioError
-from maglev.runs.port_check import check_names
+from maglev.runs.plan_check import check_names
 from maglev.runs.preparation import prepare
 from maglev.scenario.layers import PACKAGED
 from maglev.scenario.loading import load_plan, load_plans

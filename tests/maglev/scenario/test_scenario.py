@@ -4,7 +4,7 @@ import pytest
 
 import maglev
 from maglev.files.errors import ScenarioError
-from maglev.runs.port_check import check_names
+from maglev.runs.plan_check import check_names
 from maglev.scenario.loading import load_plan
 from maglev.scenario.signals import Steps
 

@@ -19,7 +19,7 @@ from maglev.descriptions.own_fmus import definition
 from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import ScenarioError
 from maglev.fmi.definition import read
-from maglev.runs.reach import Start, gaps_of, require_reachable
+from maglev.runs.plan_check import Start, gaps_of, require_reachable
 from maglev.scenario.loading import load_plan
 from maglev.scenario.run_plan import RunPlan
 from maglev.scenario.settings import with_reference

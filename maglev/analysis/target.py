@@ -1,24 +1,190 @@
-"""Processor in the loop: an emulated controller in a run, in the role of an FMU, and its costs."""
+"""A controller on a microcontroller: its C, its executable for a Cortex-M7, and its run there, emulated by QEMU.
 
+zig links the executable. A run has the emulated controller in the role of an FMU, and gives its costs.
+"""
+
+import os
+import select
+import shutil
+import struct
+import subprocess
+import tempfile
 from collections.abc import Mapping
+from contextlib import nullcontext, suppress
 from dataclasses import asdict, dataclass
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from maglev.analysis.emulator import MACHINE, Answer, Emulator, EmulatorError, emulator_version
-from maglev.analysis.image import linked
+from maglev.cosim.fmi_versions import OWN_TOOL
 from maglev.cosim.master import Master, Recording
 from maglev.cosim.user_class import InProcessFmu
+from maglev.descriptions.own_fmus import definition
 from maglev.files.arrays import Array
-from maglev.files.errors import FmuError
+from maglev.files.errors import BuildError, FmuError, MaglevError
+from maglev.files.packages import IN_FMUS
 from maglev.files.side_by_side import Progress
+from maglev.fmi.compiler import compiled, require_zig
 from maglev.fmi.definition import SAMPLE_TIME, FmuDefinition, look, put
-from maglev.fmi.freestanding import ports_of
+from maglev.fmi.freestanding import freestanding, ports_of
 from maglev.fmi.slave import RUNNING, BlockSlave, Refused
+from maglev.language.errors import ExportError
 from maglev.runs.preparation import Experiment
+from maglev.user.build import Buildable, buildable
+from maglev.user.source import PythonFile
+
+# A Cortex-M7 with double precision, and the options that give the bits of the FMU. Each function has a section, so that
+# the linker omits unused functions.
+FLAGS = ("-target", "thumb-freestanding-eabihf", "-mcpu=cortex_m7+fp_armv8d16", "-std=c99", "-O2", "-ffreestanding",
+         "-ffp-contract=off", "-fno-math-errno", "-fno-sanitize=all", "-fno-unwind-tables",
+         "-fno-asynchronous-unwind-tables", "-ffunction-sections", "-g0", "-I.", "-Iqemu")
+BOARD = "qemu/board_qemu.c"
+SCRIPT = "qemu/mps2_an500.ld"
+
+PROGRAM = "qemu-system-arm"
+MACHINE = "mps2-an500"
+MISSING = f"{PROGRAM} is not installed: apt-get install qemu-system-arm"
+
+# Instructions are counted by the machine's timer: 1024 ns pass with each of them. Standard input and output are the
+# converters of the board (maglev/fmi/target/qemu/board_qemu.c).
+OPTIONS = ("-machine", MACHINE, "-display", "none", "-monitor", "none", "-serial", "none", "-semihosting-config",
+           "enable=on,target=native", "-icount", "shift=10", "-kernel")
+
+PATIENCE = 10.0   # s, for a process to end
+
+DOUBLE = np.dtype("<f8")
+
+
+def generated(controller: str | Path | PythonFile) -> tuple[FmuDefinition, dict[str, str]]:
+    """A controller, by the name of an FMU or in a Python file, and its freestanding C: files by name.
+
+    MaglevError if there is none, or it is not what C can have, with file and line.
+    """
+    with buildable(controller, native=True) if isinstance(controller, PythonFile) else nullcontext(
+            Buildable(definition(str(controller)), {})) as built:
+        described = built.definition
+        if not described.sampled:
+            raise BuildError(f"{controller}: has no sample_time, expected a controller, or another block that samples")
+        try:
+            return described, freestanding(described, IN_FMUS, f"{OWN_TOOL} {version('maglev-fmus')}")
+        except ExportError as error:
+            raise BuildError(f"{controller}: {error}") from None
+
+
+@dataclass(frozen=True)
+class Image:
+    """An executable, and how much of it is the controller with the example over it: bytes of flash and of RAM.
+
+    The board of the emulator is not counted; nor is the stack, which only a run shows.
+    """
+
+    path: Path
+    flash: int
+    ram: int
+    compiler: str
+
+
+def linked(name: str, files: Mapping[str, str], folder: Path) -> Image:
+    """Compile and link the files of a controller in a folder; ExportError without ziglang, or where it refuses them."""
+    require_zig()
+    for file, text in files.items():
+        place = folder / file
+        place.parent.mkdir(exist_ok=True)
+        place.write_text(text, encoding="utf-8", newline="\n")
+    compiled(folder, [*FLAGS, "-Wl,--gc-sections", "-Wl,--entry=reset", f"-Wl,--wrap={name}_start",
+                      f"-Wl,--wrap={name}_sample", "-T", SCRIPT, f"{name}.c", "main.c", BOARD, "-o", f"{name}.elf"])
+    path = folder / f"{name}.elf"
+    sizes = sections(path.read_bytes())
+    return Image(path, sum(sizes.get(section, 0) for section in (".vectors", ".text", ".data")),
+                 sum(sizes.get(section, 0) for section in (".data", ".bss")), f"zig {version('ziglang')} -O2")
+
+
+def sections(elf: bytes) -> dict[str, int]:
+    """Sizes of the sections of an executable in the 32-bit ELF format, bytes, by name."""
+    table, = struct.unpack_from("<I", elf, 32)
+    size, count, names = struct.unpack_from("<HHH", elf, 46)
+    headers = [struct.unpack_from("<10I", elf, table + size * k) for k in range(count)]
+    text = headers[names][4]
+    return {elf[text + header[0]:elf.index(b"\0", text + header[0])].decode("ascii"): header[5] for header in headers}
+
+
+class EmulatorError(MaglevError):
+    """An emulator that does not run, or does not answer."""
+
+
+class Answer(NamedTuple):
+    """The answer of the emulator: a status, instructions since the values came, the deepest stack until then (bytes),
+    outputs.
+    """
+
+    status: int
+    instructions: int
+    stack: int
+    outputs: Array   # shape (n,)
+
+
+def require_emulator() -> str:
+    """Return the path of QEMU; EmulatorError with the remedy if it is not installed."""
+    path = shutil.which(PROGRAM)
+    if path is None:
+        raise EmulatorError(MISSING)
+    return path
+
+
+def emulator_version() -> str:
+    said = subprocess.run([require_emulator(), "--version"], capture_output=True, text=True, check=True,
+                          timeout=PATIENCE).stdout
+    return said.split("version ")[-1].split(maxsplit=1)[0]
+
+
+class Emulator:
+    """A running emulator of an executable that gives `outputs` values, each within `timeout`, s; a context manager."""
+
+    def __init__(self, image: Path, outputs: int, timeout: float):
+        self.timeout = timeout
+        self.size = (3 + outputs) * DOUBLE.itemsize
+        self.said = tempfile.TemporaryFile()   # noqa: SIM115  # until the process ends
+        self.process = subprocess.Popen([require_emulator(), *OPTIONS, image], stdin=subprocess.PIPE,
+                                        stdout=subprocess.PIPE, stderr=self.said, bufsize=0, start_new_session=True)
+
+    def __enter__(self) -> "Emulator":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.kill()
+        assert self.process.stdin is not None and self.process.stdout is not None
+        with self.said, self.process.stdin, self.process.stdout, suppress(subprocess.TimeoutExpired, BrokenPipeError):
+            self.process.wait(PATIENCE)
+
+    def exchange(self, values: Array) -> Answer:
+        """Send the values of a sample, shape (m,), and return the answer."""
+        assert self.process.stdin is not None and self.process.stdout is not None
+        try:
+            self.process.stdin.write(values.astype(DOUBLE, copy=False).tobytes())
+        except BrokenPipeError:
+            raise EmulatorError(self.ended()) from None
+        data, file = b"", self.process.stdout.fileno()
+        while len(data) < self.size:
+            if not select.select([file], [], [], self.timeout)[0]:
+                raise EmulatorError(f"{PROGRAM} has been silent for {self.timeout:g} s")
+            part = os.read(file, self.size - len(data))
+            if not part:
+                raise EmulatorError(self.ended())
+            data += part
+        status, instructions, stack, *_ = numbers = np.frombuffer(data, DOUBLE)
+        return Answer(int(status), int(instructions), int(stack), numbers[3:])
+
+    def ended(self) -> str:
+        try:
+            code = self.process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:   # it has closed its output
+            return f"{PROGRAM} has closed its output"
+        self.said.seek(0)
+        words = " ".join(self.said.read().decode("utf-8", "replace").split())
+        return f"{PROGRAM} ended with {code}: {words or 'the processor met a fault'}"
 
 
 class Emulated(BlockSlave):
