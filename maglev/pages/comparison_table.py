@@ -118,10 +118,10 @@ def comparison_verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> st
     alike = sum(not row.best for row in judged)
     parts = [f"{label} in {place}" for label, place in zip(order, places, strict=True)]
     if 2 * alike > len(judged):
-        parts = [f"{in_words(ours)} are alike in {alike} {about}",
+        parts = [f"{in_words(ours)} are equal in {alike} {about}",
                  *(f"{label} is {better} in {place}" for label, place in zip(order, places, strict=True))]
     elif len(order) > 1 and len(won[order[0]]) == len(won[order[1]]):
-        parts[0] = f"None leads: {about} {order[0]} is {better} in {places[0]}"
+        parts[0] = f"No run leads: {about} {order[0]} is {better} in {places[0]}"
     else:
         parts[0] = f"{order[0]} is {better} in {len(won[order[0]])} {about}{leading(order[0], ours, won[order[0]])}"
     efforts = [row for row in shared if any(row.of in runs[label].plan.motors for label in ours)]

@@ -367,7 +367,7 @@ def test_points_that_are_seen_are_saved(desktop):
     tools = desktop.page.locator(f'[data-figure="{figure}"] .tools')
     tools.get_by_role("button", name="zoom in", exact=True).click()
     with desktop.page.expect_download() as saved:
-        tools.get_by_role("button", name="save what is seen as CSV").click()
+        tools.get_by_role("button", name="save the view as CSV").click()
     assert saved.value.suggested_filename == f"{figure}.csv"
     with saved.value.path().open(encoding="utf-8", newline="") as file:
         head, *rows = csv.reader(file)
@@ -378,7 +378,7 @@ def test_points_that_are_seen_are_saved(desktop):
     x, y = np.array([row[2:] for row in shown], float).T
     np.testing.assert_allclose(y, 21.0 + 1e3 * SPEED * x, atol=2e-3)
     with desktop.page.expect_download() as saved:
-        tools.get_by_role("button", name="save what is seen as PNG").click()
+        tools.get_by_role("button", name="save the view as PNG").click()
     png = saved.value.path().read_bytes()
     assert png[:8] == b"\x89PNG\r\n\x1a\n"
     width = desktop.evaluate("maglevReport.plots['figure-4-18'].handles[0].picture.viewBox.baseVal.width")

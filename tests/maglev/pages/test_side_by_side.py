@@ -108,9 +108,9 @@ def measured(v: float, h: float, current: float) -> list[Measure]:
      "of 1 row about motors b is better in 1."),
     (measured(1e-5, 2.42e-5, 3.0), "a is better in 1 of 2 rows about axes (most in rms error of h, 20 µm "
      "against 24.2 µm)."),
-    (measured(1.02e-5, 2e-5, 6.0), "a and b are alike in 2 of 2 rows about axes; of 1 row about motors a is better "
+    (measured(1.02e-5, 2e-5, 6.0), "a and b are equal in 2 of 2 rows about axes; of 1 row about motors a is better "
      "in 1."),
-    (measured(2e-5, 1e-5, 3.0), "None leads: of 2 rows about axes a is better in 1 (most in rms error "
+    (measured(2e-5, 1e-5, 3.0), "No run leads: of 2 rows about axes a is better in 1 (most in rms error "
      "of v, 10 µm against 20 µm); b in 1 (most in rms error of h, 10 µm against 20 µm).")])
 def test_the_verdict_says_who_is_better_and_where(plan: RunPlan, b: list[Measure], words: str) -> None:
     rows = summary(measure_rows({"a": measured(1e-5, 2e-5, 3.0), "b": b}))
@@ -145,7 +145,7 @@ def test_never_settling_weighs_more_than_a_zero(plan: RunPlan) -> None:
 def test_of_more_than_two_the_verdict_counts_where_all_were_measured(plan: RunPlan) -> None:
     measures = {"a": measured(1e-5, 2e-5, 3.0)[:2], "b": measured(2e-5, 4e-5, 1.0), "c": measured(3e-5, 1e-5, 2.0)}
     said = comparison_verdict({label: recorded(plan) for label in measures}, summary(measure_rows(measures)))
-    assert said == ("None leads: of 2 rows about axes a is best in 1 (most in rms error of v, 10 µm "
+    assert said == ("No run leads: of 2 rows about axes a is best in 1 (most in rms error of v, 10 µm "
                     "against 20 µm); c in 1 (most in rms error of h, 10 µm against 20 µm).")
 
 

@@ -36,7 +36,7 @@ function tools(plot, parent) {
   button("▸", "to the right", () => zoomAll(plot, 1, 0.25));
   button("all", "show all", () => zoomAll(plot, Infinity, 0));
   for (const [ending, made] of Object.entries(SAVED)) {
-    button(ending.toUpperCase(), `save what is seen as ${ending.toUpperCase()}`, async () => {
+    button(ending.toUpperCase(), `save the view as ${ending.toUpperCase()}`, async () => {
       if (plot.hold?.()) await (plot.drawn = drawPanels(plot));
       save(plot, ending, await made(plot));
     });
