@@ -156,5 +156,5 @@ def legend(runs: Iterable[RunResult], sign: str) -> str:
     """Return the meaning of a table's marks: a run that did not complete wins nothing, nor does one alone."""
     held = sum(run.outcome == "completed" for run in runs)
     return "Less is better; " + (f"the best of the runs that completed has a {sign}, unless they differ by less "
-                                 "than 5 %" if held > 1 else "a best value is marked where at least two runs "
+                                 "than 5 %" if held > 1 else "a best value is marked if at least two runs "
                                  "completed")
