@@ -70,7 +70,7 @@ class Pair:
 
     @property
     def own_plant(self) -> str | None:
-        """Name of the plant if it is one of this project, or of a stage of the user's."""
+        """Name of the plant if it is one of this project, or of a user's stage."""
         return self.plant_name if self.plant_name in plants() else None
 
     @property
@@ -168,7 +168,7 @@ class Part(NamedTuple):
         return {variable.name: variable for variable in self.description.modelVariables}
 
     def setup(self, start: Mapping[str, float | bool], settings: Settings | None) -> FmuSetup:
-        """It with start values, and settings of the user's instead of some of them."""
+        """The model with start values, and the user's settings instead of some of them."""
         return FmuSetup(self.role, self.source, {**start, **read_values(self.name, settings or {}, self.description)},
                         self.ports)
 

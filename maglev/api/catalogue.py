@@ -49,7 +49,7 @@ def fmus(stage: str | Path | None = None) -> list[FmuEntry]:
 
 
 def fmu_names(stage: str | Path | None) -> list[str]:
-    """Return the names of all FMUs and systems, of this project or of a stage of the user's."""
+    """Return the names of all FMUs and systems, of this project or of a user's stage."""
     if stage is None:
         return [*DEFINITIONS, *SYSTEMS]
     described = know_stage(stage)

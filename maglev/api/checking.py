@@ -78,7 +78,7 @@ def update(names: Scenarios | None = None, *, baselines: str | Path | None = Non
 
 
 def require_packaged(plans: Sequence[RunPlan], write: bool) -> None:
-    """Refuse to look among the baselines of the package for that of a scenario of the user's, and to write it there."""
+    """Refuse to look among the baselines of the package for that of a user's scenario, and to write it there."""
     for plan in plans:
         if plan.own and (write or not baseline_file(PACKAGED / "baselines", plan.name).exists()):
             raise ScenarioError(f"{plan.source}: needs {option('baselines')}, the folder of its baseline; "

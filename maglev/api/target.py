@@ -118,7 +118,7 @@ def target(controller: Given, run: Scenario | None = None, *, stage: str | Path 
 
 
 def usual_run(definition: FmuDefinition, stage: str | Path | None) -> str | Path:
-    """The setpoints next to the description of a stage of the user's, or those of the stage whose ports it has."""
+    """The setpoints next to the description of a user's stage, or those of the stage whose ports it has."""
     if stage is not None:
         return Path(stage).with_name(f"{Path(stage).stem}-setpoints.toml")
     names = {v.name for v in definition.variables}

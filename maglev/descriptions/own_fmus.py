@@ -27,7 +27,7 @@ DEFINITIONS = definitions_of(PACKAGED_STAGES.values())
 # tools that ignore start values in the file run the same.
 SYSTEMS = {system_of(stage): stage.experiment for stage in PACKAGED_STAGES.values() if stage.experiment}
 
-SYSTEM_STOP = 5.0   # s, of that of a stage of the user's
+SYSTEM_STOP = 5.0   # s, of that of a user's stage
 
 KINDS = {"native": "--kind native", "fmi3": "--kind native --fmi 3", "clocked": "--kind native --fmi 3 --clocked",
          "wasm": "--kind native --target wasm"}   # options that build those of a folder, by its name

@@ -1,4 +1,4 @@
-"""The stages that FMUs are of: those of this project, and those of the user's that this process knows."""
+"""The stages of FMUs: those of this project, and the user's stages that this process knows."""
 
 from collections.abc import Iterable
 from importlib import import_module
@@ -15,7 +15,7 @@ LOOP = "maglev.closed_loop.definition.closed_loop"
 
 
 class OwnStage(NamedTuple):
-    """A stage of the user's: its description, the folder with the pages that are written from it, and its file."""
+    """A user's stage: its description, the folder with the pages that are written from it, and its file."""
 
     description: StageDescription
     folder: Path

@@ -103,7 +103,7 @@ def chosen_stage(table: DataTable, stage_name: str | None) -> EstimatedStage:
 
 
 def own_plant(recording: Path) -> str | None:
-    """Plant of a stage of the user's that moved in a run, by the record next to its columns; None of other recordings.
+    """Plant of a user's stage that moved in a run, by the record next to its columns; None of other recordings.
 
     Its columns may be called as those of a packaged stage, whose masses and motors are others.
     """

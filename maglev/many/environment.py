@@ -67,7 +67,7 @@ class StageEnv(gymnasium.Env[Array, Array]):
     Parameters
     ----------
     stage : str
-        "2dof", "3dof", "5dof", or the description of a stage of the user's, "mine.toml".
+        "2dof", "3dof", "5dof", or the description of a user's stage, "mine.toml".
     action : "dq" or "phases"
     reference : str or array_like, shape (samples, axes)
         "setpoints", "hold", "sinusoids" or references (m), see `References`.

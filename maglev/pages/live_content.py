@@ -27,7 +27,7 @@ from pmlsm.velocity_rows import GRAVITY
 
 LAWS = {"Regulator": "nonlinear", "LinearRegulator": "linear", "ScheduledRegulator": "scheduled",
         "InterpolatedRegulator": "interpolated", "PID": "PID", "AdaptiveRegulator": "adaptive"}
-# Numbers of lines of runs; a law of the reader's has 1.
+# Numbers of lines of runs; a reader's law has 1.
 LAW_COLOURS = {"nonlinear": 0, "linear": 2, "scheduled": 3, "PID": 4, "adaptive": 5, "interpolated": 6}
 SIGNALS = ("constant", "steps", "sinusoids")
 NAME = "live.html"   # the page of all runs, which others in its folder link to

@@ -116,7 +116,7 @@ class Provenance:
 def departures_of(plan: RunPlan, sources: Mapping[str, Source], put_in: Iterable[str]) -> Iterator[str]:
     """Return why a run with a name, or FMUs, of the package is not the package's: one phrase each.
 
-    A scenario of the user's own is its own, whatever it extends; and an FMU that is not there is refused later.
+    A user's own scenario is never the package's, whatever it extends. A missing FMU is an error later.
     """
     for name, fmu in plan.fmus.items():
         source = sources[name]

@@ -148,7 +148,7 @@ def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
     if definition.sampled and definition.clocked:
         return {}
     experiments = [smoke_test(definition)]
-    with suppress(ExportError):   # a stage of the user's may refuse to be moved from its start
+    with suppress(ExportError):   # a user's stage may refuse to be moved from its start
         experiments.append(response(definition))
     return experiments_files({each.name: (each.role, each.files()) for each in experiments})
 

@@ -38,7 +38,7 @@ TOOLS = ("fmpy", "pythonfmu", *COMPILER)        # parts of built FMUs come from 
 
 def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: str | None = None, fmi: int = 2, *,
                   everywhere: bool = False, say: Say = warn, watch: Watch = unwatched) -> Path:
-    """Return the folder with FMUs of this project, or of stages of the user's that this process knows.
+    """Return the folder with FMUs of this project, or of the user's stages that this process knows.
 
     `fmus` is a folder that the user names. Its FMUs run as they are, and nothing is built. Native ones are in its
     folder `native`, those of FMI 3.0 in `fmi3`. Without a `kind` a named folder is taken as it is, and built FMUs are

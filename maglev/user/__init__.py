@@ -1,1 +1,1 @@
-"""Stages, controllers and plants of the user's."""
+"""The user's stages, controllers and plants."""

@@ -1,4 +1,4 @@
-"""A stage of the user's in this process: its FMUs are built from its description, as ours are."""
+"""A user's stage in this process: its FMUs are built from its description, as ours are."""
 
 import re
 from pathlib import Path
@@ -50,7 +50,7 @@ def know_stage(path: str | Path) -> StageDescription:
 
 
 def stage_named(stage: str | Path) -> StageDescription:
-    """A stage by its name, or a stage of the user's by the file of its description, NAME.toml.
+    """A stage by its name, or a user's stage by the file of its description, NAME.toml.
 
     StageError if there is no such stage, or as in `know_stage`.
     """

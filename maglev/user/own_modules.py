@@ -15,7 +15,7 @@ from maglev.language.sources import parsed
 
 @dataclass(frozen=True)
 class OwnModule:
-    """A module of the user's: its file, its text, and its text with imports of the names in an FMU."""
+    """A user's module: its file, its text, and its text with imports of the names in an FMU."""
 
     file: Path
     text: str
@@ -56,7 +56,7 @@ def own_modules(file: Path) -> OwnModules:
 
 
 def own_name(module: str) -> str:
-    """Name in an FMU of a module of the user's: no two have the same, as `lib.gains` and `lib_gains` would."""
+    """Name in an FMU of a user's module: no two have the same, as `lib.gains` and `lib_gains` would."""
     flat = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in module)
     return OWN + (flat if flat == module else f"{flat}_{hashlib.sha256(module.encode()).hexdigest()[:8]}")
 

@@ -51,7 +51,7 @@ NOT_TYPED = {
     "python examples/gym_levitate.py": "learns; tests/examples",
     "maglev compare 2dof-setpoints --controller Regulator2DOF --controller learned.py": "the same",
 }
-# Files of the reader's that a line has to find: FMUs of other tools, their maps, parameter sets.
+# A reader's files that a line has to find: FMUs of other tools, their maps, parameter sets.
 OF_THE_READER = re.compile(r"(?<![\w./-])(?:mine|theirs|my)\.(?:fmu|ssv)\b|\bports\.toml|\b"
                            r"my_(?:scenario|tuning)\.toml|…")
 

@@ -125,7 +125,7 @@ def line_of(path: Path, part: str) -> int:
     return line
 
 
-# The plant of this project as a class of the user's: of parts that the FMU has, without the FMU around them.
+# The plant of this project as a user's class: of parts that the FMU has, without the FMU around them.
 PLANT = '''"""The 2-DOF stage as a Python file."""
 
 from maglev.descriptions.packaged import PACKAGED_STAGES

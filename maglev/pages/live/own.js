@@ -1,5 +1,5 @@
 "use strict";
-// A controller of the reader's: a module with its description, dropped on the page, or a law in JavaScript, written in
+// A reader's controller: a module with its description, dropped on the page, or a law in JavaScript, written in
 // it. A law is code. It runs only in the worker, which the page's policy keeps from the network, and which is ended if
 // it does not respond. A law that came with a link runs when the reader says so, and not before.
 

@@ -57,7 +57,7 @@ def test_what_cannot_be_native_runs_as_python(fastest_fmus: Path, tmp_path: Path
     assert any("runs in Python" in each and "pd.py, line" in each for each in said)
     assert study.to_pandas()["failure"].isna().all()
     kinds = {fmu["name"]: fmu["kind"] for fmu in study.about["provenance"]["fmus"]}
-    assert kinds == {"plant": "native", "controller": "foreign"}   # a controller of the user's is not ours
+    assert kinds == {"plant": "native", "controller": "foreign"}   # a user's controller is not ours
 
 
 @pytest.mark.parametrize("ends", [True, False])
@@ -93,7 +93,7 @@ def test_names_of_ours_are_a_users_to_have(native_fmus: Path, tmp_path: Path, mo
 
 
 def test_two_classes_run_in_one_loop(native_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A sensor of the user's between our plant and a controller of the user's."""
+    """A user's sensor between our plant and a user's controller."""
     (tmp_path / "fmus").mkdir()
     (tmp_path / "fmus" / "native").symlink_to(native_fmus)
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
