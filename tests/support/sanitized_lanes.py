@@ -23,10 +23,11 @@ from maglev.scenario.loading import load_plan
 SANITIZERS = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 RUN = "2dof-laws-nonlinear"
 NOT_A_NUMBER = 3   # the run that is given one after a third of its steps
-# Masses too light for a stiff stop are refused, at different times; others trip at once or late, or touch a stop.
+# Masses too light for a stiff stop are refused, at different times; others trip at once or late, or touch a stop. One
+# never begins, after which all FMUs are loaded again.
 VALUES = [(4.35, 0.1, 1.0e6, 0.02), (0.001, 0.1, 1.0e8, 0.02), (5.0, 1.0e-4, 1.0e6, 0.02), (4.4, 0.1, 1.0e6, 0.02),
-          (0.003, 0.1, 1.0e8, 0.015), (4.2, 2.0e-3, 1.0e6, 0.021), (9.0, 0.1, 1.0e6, 0.024), (0.002, 0.1, 1.0e8, 0.024),
-          (4.0, 0.02, 2.0e6, 0.018), (4.5, 0.1, 1.0e6, 0.02), (4.3, 0.1, 1.0e6, 1.0)]
+          (0.003, 0.1, 1.0e8, 0.015), (4.3, 0.1, 1.0e6, 1.0), (4.2, 2.0e-3, 1.0e6, 0.021), (9.0, 0.1, 1.0e6, 0.024),
+          (0.002, 0.1, 1.0e8, 0.024), (4.0, 0.02, 2.0e6, 0.018), (4.5, 0.1, 1.0e6, 0.02)]
 
 
 def sanitized(sources: Mapping[str, str], name: str, _platform: Platform) -> bytes:
