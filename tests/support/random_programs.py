@@ -366,7 +366,8 @@ def run(text: str, number: int, steps: int) -> list[str]:
         "enumerate": lambda each: ((Whole(k), value) for k, value in enumerate(each)), "int": lambda x: whole(int(x))}
     tree = ast.fix_missing_locations(Checked().visit(ast.parse(text)))
     exec(compile(tree, "program.py", "exec"), names)
-    names |= {"floor": lambda x: whole(math.floor(x)), "ceil": lambda x: whole(math.ceil(x))}
+    names |= {"floor": lambda x: whole(math.floor(x)), "ceil": lambda x: whole(math.ceil(x)),
+              "trunc": lambda x: whole(math.trunc(x))}
     block = names[f"Block_{number}"]()
     states: list[str] = []
     for k in range(steps):
