@@ -26,7 +26,7 @@ def loop(controller: str, plant: str) -> str:
         "their rates and external forces come from outside.",
         picture(276, words(2, 57, "references", "start"), symbol(34, 78, "r, ṙ"), arrow([(72, 52), (110, 52)]),
                 box(110, 20, 200, 64, controller, "every sample_time"), arrow([(260, 84), (260, 160)]),
-                symbol(270, 108, "i_a, i_b, i_c", "start"), words(270, 126, "constant over", "start small"),
+                symbol(270, 108, "i_a, i_b, i_c", "start"), words(270, 126, "constant in", "start small"),
                 words(270, 141, "a sample", "start small"), box(110, 160, 200, 64, plant),
                 arrow([(160, 160), (160, 84)]), words(152, 126, "encoders", "end small"),
                 arrow([(160, 268), (160, 224)]), words(152, 256, "external forces", "end small"),

@@ -7,7 +7,7 @@ already see. With the controller first and the plant second this is the sampled 
 import signal
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import InitVar, dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, get_args
 
@@ -42,7 +42,7 @@ MOST_MEMORY = 4e9      # bytes of a recording
 PROGRESS_STEPS = 500   # communication steps between two reports of progress
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class FmuSetup:
     """An FMU of a co-simulation: its name in it, the FMU and start values; of a third-party one names and units.
 
@@ -50,13 +50,13 @@ class FmuSetup:
     """
 
     name: str
-    given: InitVar[Given]
-    start: Mapping[str, float | bool | str] = field(default_factory=dict)
-    ports: PortMap | None = None
-    source: Source = field(init=False)
+    source: Source
+    start: Mapping[str, float | bool | str]
+    ports: PortMap | None
 
-    def __post_init__(self, given: Given) -> None:
-        object.__setattr__(self, "source", source_of(given))
+    def __init__(self, name: str, source: Given, start: Mapping[str, float | bool | str] | None = None,
+                 ports: PortMap | None = None):
+        vars(self).update(name=name, source=source_of(source), start=start or {}, ports=ports)
 
 
 @dataclass(frozen=True, repr=False)

@@ -121,7 +121,7 @@ def test_start_values_that_an_fmu_takes_as_they_are_can_be_set() -> None:
     """Of a local or an output with initial = "exact"; not of one that is calculated."""
     variables = {name: SimpleNamespace(name=name, causality=causality, variability="continuous", initial=initial)
                  for name, causality, initial in (("x", "local", "exact"), ("y", "output", "calculated"))}
-    plan: Any = SimpleNamespace(path="run.toml")
+    plan: Any = SimpleNamespace(source="run.toml")
     check = PortCheck(plan, {"plant": variables}, {})
     assert check.settable("fmus.plant.start.x", 1.0, "plant", "x").name == "x"
     with pytest.raises(ScenarioError, match="'y' is of causality output, expected parameter or input"):

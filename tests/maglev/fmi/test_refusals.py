@@ -184,7 +184,7 @@ def test_first_step_where_no_start_time_is_said(load: Load, time: float, allowed
     ("Plant2DOF", {"v.mass": -1.0}, "v.mass = -1.0 kg, expected a number from 0.001 to"),
     ("Plant3DOF", {"x.mass": 0.0}, "x.mass = 0.0 kg, expected a number from 0.001 to"),
     ("Plant3DOF", {"beta.amplifier.peak": 0.0}, "beta.amplifier.peak = 0.0 A, expected a number from 0.001 to 1000.0 "
-                                                "A; 1000 A clamps nothing"),
+                                                "A; 1000 A never clamps"),
     ("Plant3DOF", {"y.friction.coulomb": math.inf}, "y.friction.coulomb = inf N"),
     ("Regulator2DOF", {"sample_time": 0.0}, "sample_time = 0.0 s"),
     ("Regulator3DOF", {"C4": 0.0}, "C4 = 0.0"),
