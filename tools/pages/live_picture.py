@@ -17,7 +17,7 @@ from playwright.sync_api import sync_playwright
 RUN = "3dof-setpoints-improved"
 UNTIL = 6.6               # s of the run: setpoints have just changed
 SIZE = (1440, 1000)      # px of the page
-COLOURS = 256             # of the file
+COLOURS = 128             # of the file
 
 
 def take_picture(page: Path) -> Image.Image:
