@@ -6,18 +6,19 @@ import shutil
 import signal
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator
-from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 import wheel
 from hypothesis import settings
-from native_builds import built_once, compiles_once, missing_native_tools, require_native_tools
+from native_builds import KeptLibraries, built_once, missing_native_tools, require_native_tools
 
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.descriptions.own_fmus import DEFINITIONS
 from maglev.descriptions.registry import known_stages
-from maglev.files.side_by_side import kept_processes, processors
+from maglev.files.session import SESSION
+from maglev.files.side_by_side import Workers
+from maglev.fmi.compiler import Libraries
 from maglev.scenario.catalogue import HOST, WASM, build
 from maglev.user.source import FmuFile
 
@@ -43,11 +44,21 @@ settings.register_profile("quick", deadline=None, max_examples=15)   # after eve
 settings.load_profile("ci" if os.environ.get("CI") else "anywhere")
 
 
+@pytest.fixture(scope="session", autouse=True)
+def workers() -> Workers:
+    """One process for runs, samples and checks where a test does not say how many: each takes a second to start.
+
+    Processes that have done the tasks of one command of a file do those of the next.
+    """
+    return SESSION.use(Workers(1, stay=True))
+
+
 @pytest.fixture(scope="module", autouse=True)
-def stages_forgotten() -> Iterator[None]:
-    """What a file lets the process know of stages is nothing to the files after it, in whatever order they come."""
+def alone(workers: Workers) -> Iterator[None]:
+    """No stages and processes of one file are left to the files after it, in whatever order they come."""
     yield
     known_stages().forget(*known_stages().own)
+    workers.close()
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -61,25 +72,6 @@ def interruptible() -> Iterator[None]:
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
-
-
-@pytest.fixture(scope="session", autouse=True)
-def one_at_a_time() -> Iterator[None]:
-    """Runs, samples and checks in one process where a test does not say how many: each takes a second to start."""
-    with pytest.MonkeyPatch.context() as patch:
-        for module in ("api.running", "api.checking", "api.studying", "api.tuning", "runs.experiment_check"):
-            patch.setattr(f"maglev.{module}.processors",
-                          lambda asked=None, *name: 1 if asked is None else processors(asked, *name))
-        yield
-
-
-@pytest.fixture(scope="module", autouse=True)
-def processes_kept() -> Iterator[None]:
-    """Processes that have done the runs, or the study, of one command of a file do those of the next."""
-    with kept_processes() as idle, pytest.MonkeyPatch.context() as patch:
-        for module in ("maglev.runs.chain", "maglev.many.batches"):
-            patch.setattr(f"{module}.kept_processes", lambda: nullcontext(idle))
-        yield
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -179,16 +171,14 @@ def own_cache(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
 
 
 @pytest.fixture(scope="session", autouse=True)
-def made_once(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+def made_once(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> None:
     """Each native FMU becomes a library once; builds in other processes make all of theirs.
 
     With --fmus what they were made of lies there, and the next session makes what has changed since.
     """
     asked: Path | None = request.config.option.fmus
     folder = built_once(tmp_path_factory, "compiled", lambda _: None, asked and asked / "compiled")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("maglev.fmi.native_build.library", compiles_once(folder))
-        yield
+    SESSION.use(KeptLibraries(folder), Libraries)
 
 
 @pytest.fixture(scope="session")

@@ -22,7 +22,7 @@ from maglev.files.errors import (
     require_table,
     signal_of,
 )
-from maglev.files.side_by_side import Say, Watch, processors, unwatched, warn
+from maglev.files.side_by_side import Say, Watch, processes, unwatched, warn
 from maglev.files.units import whole_number
 from maglev.many.batches import runners
 from maglev.many.samples import BatchResult
@@ -167,7 +167,7 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
                          {column.name: column.unit for column in job.columns}, failures,
                          {name: signals[:, :, i] for i, name in enumerate(job.kept)}, planned.times)
 
-        with (watch or unwatched)([study.scenario]) as watcher, runners(None, processors(jobs)) as run_batches:
+        with (watch or unwatched)([study.scenario]) as watcher, runners(None, processes(jobs)) as run_batches:
             tell = partial(watcher, study.scenario)
             done = 0
 

@@ -9,7 +9,7 @@ from maglev.api.options import experiments_of
 from maglev.api.running import say_notes
 from maglev.files.errors import ScenarioError, option
 from maglev.files.pictures import require_matplotlib
-from maglev.files.side_by_side import Say, Watch, processors, unwatched, warn
+from maglev.files.side_by_side import Say, Watch, processes, unwatched, warn
 from maglev.runs.baseline_check import check_runs, update_all
 from maglev.runs.baseline_file import baseline_file
 from maglev.runs.chain import Scenarios, needed, select
@@ -97,7 +97,7 @@ def compare(every: Callable[..., list[Result]], names: Scenarios | None,
     say_notes(experiments, say or warn)
     with (watch or unwatched)([experiment.plan.name for experiment in experiments]) as watcher:
         results = every(experiments, PACKAGED / "baselines" if baselines is None else Path(baselines),
-                        processors(jobs), watcher)
+                        processes(jobs), watcher)
     for result in results:
         for note in result.notes:
             (say or warn)(f"{result.name}: {note}")

@@ -9,7 +9,7 @@ from maglev.api.options import experiments_of
 from maglev.api.run import Run
 from maglev.files.errors import ScenarioError, UnknownName, nearest, one_of, option
 from maglev.files.pictures import require_matplotlib, write_figure
-from maglev.files.side_by_side import Progress, Say, Watch, processors, unwatched, warn
+from maglev.files.side_by_side import Progress, Say, Watch, processes, unwatched, warn
 from maglev.files.units import own_number
 from maglev.files.whole_file import write_whole
 from maglev.pages.picture import figure_of
@@ -281,7 +281,7 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
         require_parquet()
     asked = sorted((plan for plan in select(names) if names is not None or not plan.check_only),
                    key=lambda plan: not plan.own)   # a user's own runs before the thesis's
-    jobs, watch, say = processors(jobs), watch or unwatched, say or warn
+    jobs, watch, say = processes(jobs), watch or unwatched, say or warn
     experiments = keeping(experiments_to_run(asked, options, claims == "thesis", say, watch), every)
     require_judgeable(experiments)
     say_notes(experiments, say)

@@ -28,7 +28,7 @@ from maglev.files.errors import (
     shortened,
 )
 from maglev.files.scratch import scratch
-from maglev.files.side_by_side import Say, Watch, processors, unwatched, warn
+from maglev.files.side_by_side import Say, Watch, processes, unwatched, warn
 from maglev.files.units import number_or_text, whole_number
 from maglev.many.batches import runners
 from maglev.many.study_design import require_free
@@ -205,7 +205,7 @@ def study(what: str | Path | StudyFile, *, vary: Vary | None = None, samples: in
     alone = {"samples": samples, "seed": seed or None, "keep": [*keep] or None, "name": name}
     if vary is None and (given := [option(key) for key, value in alone.items() if value is not None]):
         raise ScenarioError(f"{', '.join(given)}: needs {option('vary')}; {what} sets this itself")
-    origin, folder = "study", Path()   # what errors name, and where relative file names begin
+    origin, folder = "study", Path()   # errors begin with the one, relative file names in the other
     if isinstance(what, StudyFile):
         described = what
     elif vary is not None:
@@ -219,7 +219,7 @@ def study(what: str | Path | StudyFile, *, vary: Vary | None = None, samples: in
                     watch or unwatched) as (experiment, run_with):
         planned = plan_study(described, experiment, origin, Path(out), run_with)
         with (watch or unwatched)([described.name]) as watcher:
-            return Study(run_study(planned, Path(out), processors(jobs), scheduler, resume,
+            return Study(run_study(planned, Path(out), processes(jobs), scheduler, resume,
                                    partial(watcher, described.name), say or warn))
 
 

@@ -9,7 +9,7 @@ from typing import Any, Unpack
 from maglev.api.studying import made_ready
 from maglev.descriptions.writer import render
 from maglev.files.errors import ScenarioError, key_path, option
-from maglev.files.side_by_side import Say, Watch, processors, unwatched, warn
+from maglev.files.side_by_side import Say, Watch, processes, unwatched, warn
 from maglev.files.whole_file import write_whole
 from maglev.linear.parameters import controllers
 from maglev.many.batches import runners
@@ -145,7 +145,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
         planned = plan_tuning(tuning, experiment, str(path))
         with (watch or unwatched)([tuning.name]) as watcher:
             found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key),
-                           partial(runners, scheduler, processors(jobs)), resume,
+                           partial(runners, scheduler, processes(jobs)), resume,
                            partial(watcher, tuning.name), say or warn)
     written = Path(out) / f"{tuning.name}.toml"
     write_whole(written, gains_toml(tuning, found))

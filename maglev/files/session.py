@@ -21,9 +21,9 @@ class Session:
         found: T | None = self.parts.get(kind)
         return self.use(kind()) if found is None else found
 
-    def use(self, part: T) -> T:
-        """Keep a part, unless there is one of its class; return the one that is kept."""
-        kept: T = self.parts.setdefault(type(part), part)
+    def use(self, part: T, kind: type[T] | None = None) -> T:
+        """Keep a part of its class, or of `kind`, unless there is one; return the one that is kept."""
+        kept: T = self.parts.setdefault(kind or type(part), part)
         if kept is part and hasattr(part, "close"):
             from multiprocessing.util import Finalize  # a process that closes nothing does not wait for it
 

@@ -14,6 +14,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
 from maglev.files.errors import Interrupted, ScenarioError, ended_by, signal_of
+from maglev.files.session import SESSION
 from maglev.files.units import whole_number
 from maglev.files.worker_process import PATIENCE, POLL, Inbox, Said, Send, WorkerProcess
 
@@ -50,15 +51,33 @@ def processors(asked: int | None = None, name: str = "jobs") -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+class Workers:
+    """The processes that do tasks: how many a command starts, those that wait, and whether they outlive a command."""
+
+    def __init__(self, number: int | None = None, stay: bool = False):
+        self.number = number
+        self.stay = stay
+        self.idle: Idle = []
+
+    def close(self) -> None:
+        while self.idle:
+            self.idle.pop().end()
+
+
+def processes(asked: int | None) -> int:
+    """Return the number of processes of a command: as many as `asked`, or as there are processors; see `processors`."""
+    return processors(SESSION.part(Workers).number if asked is None else asked)
+
+
 @contextmanager
 def kept_processes() -> Iterator[Idle]:
-    """Processes that one `side_by_side` leaves to the next; they end with the block."""
-    idle: Idle = []
+    """Processes that one `side_by_side` leaves to the next; they end with the block, unless they stay."""
+    workers = SESSION.part(Workers)
     try:
-        yield idle
+        yield workers.idle
     finally:
-        for process in idle:
-            process.end()
+        if not workers.stay:
+            workers.close()
 
 
 def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, str], T], watch: Watcher,

@@ -80,6 +80,14 @@ def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
     return made[0] if len(made) == 1 else universal(made)
 
 
+class Libraries:
+    """How the libraries of FMUs are made."""
+
+    def made(self, sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
+        """Return a library; see `library`."""
+        return library(sources, name, platform)
+
+
 def universal(libraries: Sequence[bytes]) -> bytes:
     """Universal binary of 64-bit Mach-O libraries, little-endian."""
     header = struct.pack(">II", FAT_MAGIC, len(libraries))

@@ -9,10 +9,11 @@ from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
+from maglev.files.session import SESSION
 from maglev.files.whole_file import write_whole
 from maglev.fmi.block_code import BLOCK, TABLE, TEMPLATES, BlockCode, block_code, model_table
 from maglev.fmi.build import Maker, build_date, common_files, digest, write_archive
-from maglev.fmi.compiler import FLAGS, MACOS, PLATFORMS, WEBASSEMBLY, Platform, library
+from maglev.fmi.compiler import FLAGS, MACOS, PLATFORMS, WEBASSEMBLY, Libraries, Platform
 from maglev.fmi.definition import FmuDefinition
 from maglev.fmi.model_description import build_description, model_description, model_description_3
 from maglev.fmi.templates import filled
@@ -71,7 +72,7 @@ def build_native_fmu(definition: FmuDefinition, maker: Maker, destination: Path,
     made = native_sources(definition, texts, code, maker.version, chosen, shell, build_date())
     contents = {f"{SOURCES}{name}": text.encode("utf-8") for name, text in made.files.items()}
     libraries = {f"{BINARIES}{folder}/{definition.name}{platform.ending}":
-                 library({**made.files, **made.headers}, definition.name, platform)
+                 SESSION.part(Libraries).made({**made.files, **made.headers}, definition.name, platform)
                  for folder, platform in chosen.items()}
     contents |= {**libraries, DIGESTS: library_digests(libraries)}
     contents |= common_files(definition, maker, shell.version)
@@ -93,7 +94,7 @@ def build_webassembly(definition: FmuDefinition, maker: Maker, destination: Path
     code = own_code(definition, maker.packages).text
     made = native_sources(definition, texts, code, maker.version, chosen, IN_BROWSERS, build_date())
     module, description = (destination / f"{definition.name}.{ending}" for ending in ("wasm", "xml"))
-    content = library({**made.files, **made.headers}, definition.name, chosen["wasm32"])
+    content = SESSION.part(Libraries).made({**made.files, **made.headers}, definition.name, chosen["wasm32"])
     write_whole(module, content)
     write_whole(description, made.description + made_of(definition, content, maker))
     return module, description

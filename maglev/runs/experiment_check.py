@@ -20,7 +20,7 @@ from maglev.cosim.isolated_run import TIMEOUT
 from maglev.files.arrays import Array
 from maglev.files.errors import FAILURES, FmuError, in_one_line, nearest, option
 from maglev.files.scratch import remove_scratch
-from maglev.files.side_by_side import Progress, Watch, Watcher, processors, unwatched, watched
+from maglev.files.side_by_side import Progress, Watch, Watcher, processes, unwatched, watched
 from maglev.files.time_grid import ON_GRID
 from maglev.files.worker_process import Forged
 from maglev.fmi.parameter import REALS
@@ -159,7 +159,7 @@ def check_fmus(paths: str | Path | Iterable[str | Path], *, jobs: int | None = N
     """
     experiments = named_experiments([Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)])
     with (watch or unwatched)(list(experiments)) as watcher:
-        results = check_all(experiments, processors(jobs), watcher, timeout, partial)
+        results = check_all(experiments, processes(jobs), watcher, timeout, partial)
     if junit is not None:
         write_junit(Path(junit), results)
     return results

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from maglev.files.whole_file import whole_file
-from maglev.fmi.compiler import FLAGS, Platform, library
+from maglev.fmi.compiler import FLAGS, Libraries, Platform
 
 HERE = Path(__file__).parents[1] / "maglev" / "fmi" / "c"   # C sources of the tests
 
@@ -85,16 +85,19 @@ def built_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path]
     return folder
 
 
-def compiles_once(folder: Path) -> Callable[[Mapping[str, str], str, Platform], bytes]:
-    """What `library` does, except for sources of which there is one in the folder, which it fills."""
-    def made(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
+class KeptLibraries(Libraries):
+    """Libraries that are kept in a folder: the same sources are compiled once."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+
+    def made(self, sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
         what = version("ziglang"), FLAGS, sorted(sources.items()), name, platform
-        kept = folder / hashlib.sha256(repr(what).encode()).hexdigest()
+        kept = self.folder / hashlib.sha256(repr(what).encode()).hexdigest()
         if not kept.exists():
             with whole_file(kept) as unfinished:
-                unfinished.write_bytes(library(sources, name, platform))
+                unfinished.write_bytes(super().made(sources, name, platform))
         return kept.read_bytes()
-    return made
 
 
 def unpacked_sources(fmu: Path, folder: Path) -> Path:

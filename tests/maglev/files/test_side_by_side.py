@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from maglev.files.session import SESSION
 from maglev.files.side_by_side import Idle, kept_processes, side_by_side
 from maglev.files.worker_process import PROGRAM
 
@@ -20,7 +21,7 @@ pytestmark = pytest.mark.usefixtures("slow")
 
 @pytest.fixture
 def idle() -> Iterator[Idle]:
-    with kept_processes() as processes:
+    with SESSION.anew(), kept_processes() as processes:
         yield processes
 
 
@@ -103,7 +104,7 @@ def test_a_process_that_has_ended_is_noticed_where_its_pipe_is_held(idle: Idle, 
 
 
 def test_processes_that_are_kept_end_with_the_block() -> None:
-    with kept_processes() as idle:
+    with SESSION.anew(), kept_processes() as idle:
         side_by_side({"a": own_process}, 1, lambda *_: -1, lambda *_: None, idle)
         (process,) = idle
     assert process.process.returncode is not None
