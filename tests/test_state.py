@@ -1,4 +1,4 @@
-"""Modules keep nothing that changes: what lives on from one call to the next is a part of the session."""
+"""Modules keep no state: objects that live on from one call to the next belong to the session."""
 
 import ast
 from collections.abc import Iterator

@@ -77,7 +77,7 @@ class Fmi:
                         instanceName=name.decode(), libraryPath=str(own) if own.is_file() else None)
         own_tool = (description.generationTool or "").startswith(OWN_TOOL)
         listening = Listening(listener, create_string_buffer(name), own_tool)
-        SESSION.part(Listeners).by_name[name] = listening
+        SESSION.get(Listeners).by_name[name] = listening
         callbacks = fmi2.fmi2CallbackFunctions()
         callbacks.componentEnvironment = addressof(listening.environment)
         callbacks.logger = LOGGER
@@ -216,7 +216,7 @@ def take_message(environment: int | None, instance: bytes | None, status: int, _
     Some FMUs give another name than their instance has, or none. The environment tells them apart; where that is lost,
     too, it was one of those that are not of this project, and all of them are listened to.
     """
-    by_name = SESSION.part(Listeners).by_name
+    by_name = SESSION.get(Listeners).by_name
     every = [*by_name.values()]
     told = ([by_name[instance]] if instance in by_name
             else [each for each in every if environment == addressof(each.environment)]

@@ -214,7 +214,7 @@ class Fmu:
         self.fatal = False
         self.folder = unpacking_folder(isinstance(source, FmuFile) and runs_python(source.path))
         self.instance: Any = None   # fmpy's object
-        self.key = SESSION.part(Listeners).key(name)
+        self.key = SESSION.get(Listeners).key(name)
         self.fmi = fmi_of(description)
         self.set_functions: dict[str, Any] = {}
         self.get_functions: dict[str, Any] = {}
@@ -269,7 +269,7 @@ class Fmu:
         if self.instance is not None and (not self.fatal or self.source.built_here):
             self.instance.freeInstance()
         self.instance = None
-        SESSION.part(Listeners).by_name.pop(self.key, None)
+        SESSION.get(Listeners).by_name.pop(self.key, None)
         remove_scratch(self.folder)
 
     def said(self) -> str:

@@ -46,7 +46,7 @@ def other_process(keep: bool = False) -> Iterator[tuple[WorkerProcess, Path]]:
 
     With `keep` it waits for another task, unless the block fails. Interrupts are held back but where it is listened to.
     """
-    waiting = SESSION.part(Helper).waiting
+    waiting = SESSION.get(Helper).waiting
     with held_interrupts() as let_through:
         worker = waiting.pop(os.getpid(), None)
         if worker is None or worker.process.poll() is not None:
@@ -116,10 +116,10 @@ def read_apart(source: PythonFile, timeout: float = 0.0) -> bytes:
     ControllerError also if the process ends, or takes longer than `STARTED_WITHIN` and `timeout`, s.
     """
     key = (replace(source, path=source.path.absolute()), source.digests())
-    descriptions = SESSION.part(Helper).descriptions
+    descriptions = SESSION.get(Helper).descriptions
     if key in descriptions:
         return descriptions[key]
-    if SESSION.part(Served).third_party:
+    if SESSION.get(Served).third_party:
         return description_text(source)
     limit = max(timeout, STARTED_WITHIN)
     with other_process(keep=True) as (worker, _):

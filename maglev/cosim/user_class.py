@@ -114,7 +114,7 @@ class InProcessFmu(Fmu):
 
     def failed(self, call: str, status: int) -> FmuError:
         # A process of its own gets no Ctrl-C: the class has raised it.
-        if isinstance(self.raised, KeyboardInterrupt) and not SESSION.part(Served).third_party:
+        if isinstance(self.raised, KeyboardInterrupt) and not SESSION.get(Served).third_party:
             raise self.raised
         error = FmuError(f"{self.name} ({self.source.name}): {self.said() or call}")
         error.__cause__ = self.raised

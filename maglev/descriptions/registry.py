@@ -141,4 +141,4 @@ def system_of(stage: StageDescription) -> str:
 
 def known_stages() -> Stages:
     """Return the stages that this process knows."""
-    return SESSION.part(Stages)
+    return SESSION.get(Stages)

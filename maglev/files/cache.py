@@ -65,7 +65,7 @@ def key_of(folder: str, *made_of: object) -> str:
 
 def kept(key: str, name: str) -> Kept | None:
     """Return the content under a key, a path in the cache, and a file name; None if it is missing or was changed."""
-    if here := SESSION.part(KeptHere).files.get((key, name)):
+    if here := SESSION.get(KeptHere).files.get((key, name)):
         return here
     folder = cache_folder() / key
     for path in sorted(folder.glob(f"*-{name}")) if folder.is_absolute() and is_private(folder) else ():
@@ -101,7 +101,7 @@ def keep_here(key: str, name: str, content: bytes) -> Kept:
         return keep(key, name, content)
     except OSError:
         entry = Kept(scratch_folder() / name, hashlib.sha256(content).hexdigest())
-        SESSION.part(KeptHere).files[key, name] = entry
+        SESSION.get(KeptHere).files[key, name] = entry
         entry.path.write_bytes(content)
         entry.path.chmod(0o700)
         return entry

@@ -29,7 +29,7 @@ class Copies:
 def copied(files: Mapping[str, bytes], origin: Path) -> Path:
     """Folder with copies of files, by their paths in the folder that they are from; the same of the same content."""
     files = {**files, ORIGIN: os.fsencode(origin.absolute())}
-    folder = SESSION.part(Copies).folder
+    folder = SESSION.get(Copies).folder
     copy = folder / digest_of_all(files)[:32]
     if not copy.is_dir():
         unfinished = Path(tempfile.mkdtemp(dir=folder))

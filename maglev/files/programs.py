@@ -75,7 +75,7 @@ def output_of(arguments: Sequence[str | Path], folder: Path, environment: Mappin
 
     TimeoutError, which names the program, if it takes longer than `limit` (s).
     """
-    programs = SESSION.part(Programs)
+    programs = SESSION.get(Programs)
     kept, end = os.pipe()   # this process alone has the end
     try:
         process = subprocess.Popen([sys.executable, "-I", "-S", "-c", KEEPER, *arguments], cwd=folder, env=environment,
@@ -103,7 +103,7 @@ def output_of(arguments: Sequence[str | Path], folder: Path, environment: Mappin
 @contextmanager
 def programs_side_by_side(number: int) -> Iterator[ThreadPoolExecutor]:
     """Run programs in a limited number of threads; if the block fails, these end and no others start."""
-    pool, programs = ThreadPoolExecutor(number), SESSION.part(Programs)
+    pool, programs = ThreadPoolExecutor(number), SESSION.get(Programs)
     try:
         yield pool
     except BaseException:

@@ -32,7 +32,7 @@ def scratch_folder(place: str | None = None) -> Path:
 
     It is locked for as long as this process lives, whatever ends it: an unlocked folder may be removed.
     """
-    inside, folders = place or tempfile.gettempdir(), SESSION.part(ScratchFolders)
+    inside, folders = place or tempfile.gettempdir(), SESSION.get(ScratchFolders)
     if inside not in folders.looked_through:
         folders.looked_through.add(inside)
         remove_leftovers(Path(inside))
@@ -48,7 +48,7 @@ def scratch_folder(place: str | None = None) -> Path:
 
 def remove_scratch(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
-    lock = SESSION.part(ScratchFolders).locks.pop(folder, None)
+    lock = SESSION.get(ScratchFolders).locks.pop(folder, None)
     if lock is not None:
         os.close(lock)
 

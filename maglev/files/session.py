@@ -8,39 +8,39 @@ T = TypeVar("T")
 
 
 class Session:
-    """Parts that live on, such as the user's stages: one object of a class, made when it is first asked for.
+    """Objects that live on, such as the stages of users: one of each class. Modules keep no state themselves.
 
-    A part that has a method `close` is closed at the end of the process. Modules keep nothing themselves.
+    An object is made when it is first asked for. If it has a method `close`, that is called at the end of the process.
     """
 
     def __init__(self) -> None:
-        self.parts: dict[type, Any] = {}
+        self.objects: dict[type, Any] = {}
 
-    def part(self, kind: type[T]) -> T:
-        """Return the part of a class, which is made without arguments."""
-        found: T | None = self.parts.get(kind)
-        return self.use(kind()) if found is None else found
+    def get(self, kind: type[T]) -> T:
+        """Return the object of a class, which is made without arguments."""
+        known: T | None = self.objects.get(kind)
+        return self.use(kind()) if known is None else known
 
-    def use(self, part: T, kind: type[T] | None = None) -> T:
-        """Keep a part of its class, or of `kind`, unless there is one; return the one that is kept."""
-        kept: T = self.parts.setdefault(kind or type(part), part)
-        if kept is part and hasattr(part, "close"):
+    def use(self, new: T, kind: type[T] | None = None) -> T:
+        """Keep an object for its class, or for `kind`, unless there is one already; return the one that is kept."""
+        kept: T = self.objects.setdefault(kind or type(new), new)
+        if kept is new and hasattr(new, "close"):
             from multiprocessing.util import Finalize  # a process that closes nothing does not wait for it
 
-            Finalize(None, part.close, exitpriority=0)   # also in processes of multiprocessing, unlike atexit
+            Finalize(None, new.close, exitpriority=0)   # also in processes of multiprocessing, unlike atexit
         return kept
 
     @contextmanager
     def anew(self) -> Iterator[None]:
-        """Begin a block with no parts, close those that it makes, and then have those of before again."""
-        before, self.parts = self.parts, {}
+        """Begin a block without objects; after it, close those of the block, and restore those of before."""
+        before, self.objects = self.objects, {}
         try:
             yield
         finally:
-            for part in reversed(self.parts.values()):
-                if hasattr(part, "close"):
-                    part.close()
-            self.parts = before
+            for each in reversed(self.objects.values()):
+                if hasattr(each, "close"):
+                    each.close()
+            self.objects = before
 
 
 SESSION = Session()

@@ -66,13 +66,13 @@ class Workers:
 
 def processes(asked: int | None) -> int:
     """Return the number of processes of a command: as many as `asked`, or as there are processors; see `processors`."""
-    return processors(SESSION.part(Workers).number if asked is None else asked)
+    return processors(SESSION.get(Workers).number if asked is None else asked)
 
 
 @contextmanager
 def kept_processes() -> Iterator[Idle]:
     """Processes that one `side_by_side` leaves to the next; they end with the block, unless they stay."""
-    workers = SESSION.part(Workers)
+    workers = SESSION.get(Workers)
     try:
         yield workers.idle
     finally:

@@ -97,7 +97,7 @@ class WorkerProcess:
         self.let_through: Callable[[], None] = lambda: None   # lets interrupts through that are held back
         self.left = False   # true if it has ended itself and left something that it has started
         program = PROGRAM.format(path=sys.path, folder=None if folder is None else str(folder),
-                                 copies=str(SESSION.part(Copies).folder))
+                                 copies=str(SESSION.get(Copies).folder))
         with interrupts_blocked():
             self.process = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE,
                                             stdout=subprocess.PIPE, start_new_session=folder is not None)

@@ -72,7 +72,7 @@ def build_native_fmu(definition: FmuDefinition, maker: Maker, destination: Path,
     made = native_sources(definition, texts, code, maker.version, chosen, shell, build_date())
     contents = {f"{SOURCES}{name}": text.encode("utf-8") for name, text in made.files.items()}
     libraries = {f"{BINARIES}{folder}/{definition.name}{platform.ending}":
-                 SESSION.part(Libraries).made({**made.files, **made.headers}, definition.name, platform)
+                 SESSION.get(Libraries).made({**made.files, **made.headers}, definition.name, platform)
                  for folder, platform in chosen.items()}
     contents |= {**libraries, DIGESTS: library_digests(libraries)}
     contents |= common_files(definition, maker, shell.version)
@@ -94,7 +94,7 @@ def build_webassembly(definition: FmuDefinition, maker: Maker, destination: Path
     code = own_code(definition, maker.packages).text
     made = native_sources(definition, texts, code, maker.version, chosen, IN_BROWSERS, build_date())
     module, description = (destination / f"{definition.name}.{ending}" for ending in ("wasm", "xml"))
-    content = SESSION.part(Libraries).made({**made.files, **made.headers}, definition.name, chosen["wasm32"])
+    content = SESSION.get(Libraries).made({**made.files, **made.headers}, definition.name, chosen["wasm32"])
     write_whole(module, content)
     write_whole(description, made.description + made_of(definition, content, maker))
     return module, description

@@ -72,7 +72,7 @@ def build_written(source: PythonFile, folder: Path, kind: Kind = PYTHON) -> Path
                              "name")
         made = maker(kind, written.texts)(own, unfinished)
         if kind.native and own_code(own, project().packages).ends:
-            SESSION.part(BuiltClasses).definitions[digest_at(made)] = own
+            SESSION.get(BuiltClasses).definitions[digest_at(made)] = own
         return folder / made.name
 
 

@@ -19,7 +19,7 @@ class BuiltClasses:
 
 def built_definition(path: Path) -> FmuDefinition | None:
     """Definition of an FMU that this process has built of a user's class."""
-    definitions = SESSION.part(BuiltClasses).definitions
+    definitions = SESSION.get(BuiltClasses).definitions
     return definitions.get(digest_at(path)) if definitions else None
 
 

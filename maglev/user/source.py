@@ -140,7 +140,7 @@ class PythonFile:
 
         ControllerError if there is no such file or class, it cannot be executed, or it declares what does not fit.
         """
-        modules, loaded = self.modules(), SESSION.part(Loaded)
+        modules, loaded = self.modules(), SESSION.get(Loaded)
         key = (self.path.absolute(), self.class_name, modules.sha256)
         if key not in loaded.classes:
             loaded.classes[key] = Written(defined(self.path, self.class_name, modules), self.path, modules.requires,
@@ -333,7 +333,7 @@ def defined(file: Path, name: str | None, modules: OwnModules) -> WrittenDefinit
     module = module_from_spec(specification)
     module.__file__ = str(original(file.absolute()))   # data may lie next to it
     sys.modules[unique] = module   # where pickle and dataclasses look for it
-    SESSION.part(Loaded).modules.add(unique)
+    SESSION.get(Loaded).modules.add(unique)
     with folder_first(folder):
         try:
             specification.loader.exec_module(module)

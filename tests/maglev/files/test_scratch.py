@@ -60,7 +60,7 @@ def test_a_killed_process_leaves_nothing_for_long(tmp_path: Path, other: subproc
         with scratch(str(tmp_path)) as folder:
             assert set(tmp_path.iterdir()) == {stranger, folder}
         assert list(tmp_path.iterdir()) == [stranger]
-        assert not SESSION.part(ScratchFolders).locks
+        assert not SESSION.get(ScratchFolders).locks
 
 
 def test_keeps_a_persons_file_with_such_a_name(tmp_path: Path) -> None:

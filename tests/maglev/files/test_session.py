@@ -1,9 +1,9 @@
-"""The session has one part of each class, and tests begin with none."""
+"""The session has one object of each class, and a block of a test begins with none."""
 
 from maglev.files.session import Session
 
 
-class Part:
+class Kept:
     def __init__(self) -> None:
         self.closed = False
 
@@ -11,18 +11,18 @@ class Part:
         self.closed = True
 
 
-def test_a_part_is_made_once() -> None:
+def test_makes_an_object_once() -> None:
     session = Session()
-    assert session.part(Part) is session.part(Part)
-    assert session.part(dict) == {}
-    assert session.use(Part()) is session.part(Part)
+    assert session.get(Kept) is session.get(Kept)
+    assert session.get(dict) == {}
+    assert session.use(Kept()) is session.get(Kept)
 
 
-def test_a_block_begins_with_no_parts_and_closes_its_own() -> None:
+def test_a_block_begins_without_objects_and_closes_its_own() -> None:
     session = Session()
-    before = session.part(Part)
+    before = session.get(Kept)
     with session.anew():
-        inside = session.part(Part)
+        inside = session.get(Kept)
         assert inside is not before and not inside.closed
     assert inside.closed
-    assert session.part(Part) is before and not before.closed
+    assert session.get(Kept) is before and not before.closed

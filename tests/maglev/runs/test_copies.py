@@ -151,10 +151,10 @@ def test_copies_go_with_the_process(fmus: Path) -> None:
             "from maglev.files.session import SESSION; "
             "from maglev.runs.preparation import prepare; from maglev.scenario.loading import load_plan; "
             f"files = prepare(load_plan('2dof-setpoints'), Path({str(fmus)!r}), {{}}, {{}}).fmu_files; "
-            "folder = SESSION.part(Copies).folder; "
+            "folder = SESSION.get(Copies).folder; "
             "assert all(folder in path.parents and path.is_file() for path in files.values()); print(folder)")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
     folder = Path(done.stdout.strip())
     assert folder.name.startswith(PREFIX)
     assert not folder.exists()
-    assert folder != SESSION.part(Copies).folder
+    assert folder != SESSION.get(Copies).folder
