@@ -10,6 +10,7 @@ from maglev.cosim.master import Recording
 from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.runs.preparation import Experiment, prepare
 from maglev.scenario.loading import load_plan
+from maglev.user.source import FmuFile
 
 EXTENDS = 'extends = [{files}]\nname = "{name}"\ntitle = "A short trial"\nstop_time = "{seconds} s"\nclaims = []\n'
 
@@ -48,7 +49,7 @@ def test_both_kinds_have_the_same_errors(fmus: Path, native_fmus: Path, run: str
     """With noise, jitter, losses, drift and all else at once, in a loop that runs by them."""
     native = prepare(load_plan(run), native_fmus, {}, {})
     name = str(native.plan.fmus["measurement"].model)
-    python = replace(native, files={**native.files, "measurement": fmus / f"{name}.fmu"})
+    python = replace(native, sources={**native.sources, "measurement": FmuFile(fmus / f"{name}.fmu")})
     assert same(native.run(), python.run())
 
 

@@ -13,6 +13,7 @@ from maglev.files.errors import FmuError
 from maglev.runs.preparation import Experiment
 from maglev.scenario.loading import load_plan
 from maglev.scenario.run_plan import read_start_value
+from maglev.user.source import FmuFile
 
 # Every law, with encoders and without, sinusoids and steps.
 RUNS = ("2dof-smooth-linear", "2dof-smooth-pid", "2dof-tracking-nonlinear", "3dof-smooth-scheduled",
@@ -64,8 +65,8 @@ def test_a_run_has_the_bits_of_the_native_fmus(wasm_fmus: Path, native_fmus: Pat
     if rough:
         plan.fmus["plant"].start.update({f"{axis}.{name}": read_start_value(0.1) for axis in plan.axes
                                          for name in ("roughness.rms", "friction.variation")})
-    files = {part: native_fmus / f"{fmu.model}.fmu" for part, fmu in plan.fmus.items()}
-    experiment = Experiment(plan, files, plan.step)
+    experiment = Experiment(plan, {part: FmuFile(native_fmus / f"{fmu.model}.fmu") for part, fmu in plan.fmus.items()},
+                            plan.step)
     there = experiment.run(None).columns
     here = simulated(wasm_fmus, plan, experiment.drives(experiment.check()), plan.stop_time)
     for column, values in here.items():

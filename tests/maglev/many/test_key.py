@@ -1,7 +1,6 @@
 """A stored sample is known by all that its run is made of: whatever changes a run changes the key."""
 
 import copy
-import hashlib
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import combinations
@@ -26,6 +25,7 @@ from maglev.scenario.catalogue import build
 from maglev.scenario.layers import merged, run_layers
 from maglev.scenario.loading import load_plan
 from maglev.scenario.run_plan import RunPlan
+from maglev.user.source import FmuFile
 
 MORE = """
 [[signals]]
@@ -149,7 +149,7 @@ def trial(made: Experiment) -> list[Any]:
         if flag is not None:
             columns[flag] = np.where(times > 0.15, 1.0, 0.0)
     measured = named_values(plan, run_metrics(plan, times, columns, phase_resistances(plan)({})))
-    return [[(setup.name, hashlib.sha256(setup.path.read_bytes()).hexdigest(), sorted(setup.start.items()))
+    return [[(setup.name, [sha256 for _, sha256 in setup.source.digests()], sorted(setup.start.items()))
              for setup in made.setups()], sorted(made.connections), made.step, made.order, plan.stop_time,
             {name: values.tobytes() for name, values in sorted(drives.items())},
             {name: repr(value) for name, value in sorted(measured.items())}]
@@ -243,7 +243,7 @@ def test_files_behind_a_plan_count_by_their_content(table: dict[str, Any], two_f
         assert (key(made) == key(base)) == equal
     other_plant = tmp_path / "Plant2DOF.fmu"
     other_plant.write_bytes((two_fmus / "Plant2DOF.fmu").read_bytes() + b"\0")
-    assert key(replace(base, files={**base.files, "plant": other_plant})) != key(base)
+    assert key(replace(base, sources={**base.sources, "plant": FmuFile(other_plant)})) != key(base)
     assert key(base, ((4.0,), (5.5,))) != key(base)
 
 
