@@ -15,7 +15,7 @@ from command_line import maglev as command
 from fmpy.simulation import Input
 
 import maglev
-from maglev.cosim.open import read_description
+from maglev.cosim.fmu import read_description
 from maglev.cosim.step_loop import LIBRARY, build_loop, own_loop
 from maglev.descriptions.own_fmus import built_here, definition
 from maglev.fmi.build import write_archive

@@ -14,7 +14,7 @@ import numpy as np
 
 from maglev.analysis.pair import read_values
 from maglev.api.studying import varied
-from maglev.cosim.open import read_description
+from maglev.cosim.fmu import read_description
 from maglev.files.errors import MaglevError
 from maglev.linear.parameters import block_of
 from maglev.many.episode_draws import Draw, Parameters
