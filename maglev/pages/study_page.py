@@ -112,7 +112,7 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
     every = varied_of(chosen, about)
     varied = [each.name for each in every]
     names = [*varied, *(name for name, _ in metrics)]
-    columns = [{"name": each.label, "unit": each.unit, "limits": {}, **(
+    columns = [{"name": each.label, "unit": each.unit, "limits": {}, **({"signed": True} if each.signed else {}), **(
         {"of": each.name, "scale": each.scale} if each.name in about["targets"] and not each.signed else
         {"values": [float(f"{value:.6g}") for value in each.values.tolist()]})} for each in every]
     for name, _ in metrics:

@@ -2,6 +2,7 @@
 // Shared functions of all pages: elements, packed bytes, scales of plots with round ticks, and drawing on canvases, in
 // px of the page.
 const SVG = "http://www.w3.org/2000/svg";
+const SMALLER = { mm: "µm", mrad: "µrad", s: "ms", mA: "µA" };
 
 /** An element with attributes, put into a parent if there is one. */
 const html = (name, ...more) => filled(document.createElement(name), ...more);
@@ -47,10 +48,10 @@ function decades(low, high, few = 2) {
   return found.filter((value) => value >= low * 0.999 && value <= high * 1.001);
 }
 
-/** A length in mm, small ones in µm or nm; with another unit that begins with m the same of it. */
-function lengthText(mm, unit) {
-  const [letter, by] = mm >= 0.1 ? ["m", 1] : mm >= 1e-4 ? ["µ", 1e3] : ["n", 1e6];
-  return `${shortNumber(mm * by, 1)} ${letter}${unit.slice(1)}`;
+/** A value with its unit, below a tenth of it in a smaller one: the rule of `printed` in maglev/scenario/quantities.py. */
+function quantityText(value, unit, digits = 3) {
+  const small = value !== 0 && Math.abs(value) < 0.1 && SMALLER[unit], number = small ? 1e3 * value : value;
+  return `${Math.abs(number) >= 100 ? numberText(number, 0) : shortNumber(number, digits)} ${small || unit}`.trim();
 }
 
 /** Ticks between two limits, as value and text. */
@@ -73,7 +74,7 @@ function scaleOf(low, high, start, end, logarithmic) {
     const at = from + (px - start) / (end - start) * (to - from);
     return logarithmic ? 10 ** at : at;
   };
-  const ticks = (most) => (logarithmic ? decades(low, high).map((mm) => [mm, lengthText(mm, logarithmic)]) : linearTicks(low, high, most));
+  const ticks = (most) => (logarithmic ? decades(low, high).map((mm) => [mm, quantityText(mm, logarithmic, 1)]) : linearTicks(low, high, most));
   return { low, high, place, value, ticks };
 }
 

@@ -9,7 +9,6 @@ const SHOTS = { space: { yaw: -30, pitch: 20 }, sides: { yaw: 0, pitch: 4 }, abo
 
 /** Horizontal axes, in the order of the motors that drive them. */
 const drivenAxes = (run) => [...new Set(Object.values(run.drives))];
-const motorsOf = (run, axis) => run.motors.filter((motor) => run.drives[motor] === axis);
 const isTilt = (run, axis) => run.rotations.includes(axis);
 
 /** Ends of an axis (m, rad): its stops. If the stops are at the motors, these are the ends of the gap, and a tilt ends

@@ -41,7 +41,7 @@ function inParts({ values, ...column }) {
 
 /** All that is known of a sample, below the plot: its values, the command that runs it again, and its run in the live page. */
 function tell(i, before = "") {
-  const said = columns.filter(({ values }) => values[i] !== null).map(({ name, unit, values }) => `${name} = ${shortNumber(values[i], 4)} ${unit}`.trim());
+  const said = columns.filter(({ values }) => values[i] !== null).map(({ name, unit, signed, values }) => `${name} = ${signed && values[i] > 0 ? "+" : ""}${quantityText(values[i], unit)}`);
   document.getElementById("told").textContent = `${before}Sample ${report.samples[i]} ${report.passed[i] ? "passes" : "fails"}${report.causes[report.cause[i]] && ` (${report.causes[report.cause[i]]})`}: ${said.join("; ")}.`;
   fillCard(document.getElementById("card"), report.card, sets.map(([target, values]) => [target, values[i]]));
 }
@@ -92,7 +92,7 @@ function drawCells(picture, metric, first, second, box) {
     const value = metric ? mean(inside.map((i) => metric.values[i]).filter((each) => each !== null)) : inside.length || null;
     const [left, top] = [box.left + wide * column, box.top + box.height - tall * (row + 1)];
     const cell = svg("rect", { class: "cell", x: left, y: top, width: wide, height: tall, style: value === null ? "fill: none" : shade.css(value) }, picture);
-    const said = `${titleOf(first)} ${shortNumber(x)}, ${titleOf(second)} ${shortNumber(y)}: ${metric ? `${value === null ? "none" : `${shortNumber(value, 4)} ${metric.unit}`}, ` : ""}${failing} of ${inside.length} fail`;
+    const said = `${titleOf(first)} ${shortNumber(x)}, ${titleOf(second)} ${shortNumber(y)}: ${metric ? `${value === null ? "none" : quantityText(value, metric.unit)}, ` : ""}${failing} of ${inside.length} fail`;
     svg("title", {}, cell, said);
     const number = value === null ? "" : shortNumber(value, wide > 48 ? 3 : 2), numbered = tall > 30 && wide > 6.5 * number.length + 2;
     // a cross next to the number
@@ -131,7 +131,7 @@ function drawPoints(picture, metric, first, second, box) {
     const style = first === second ? "fill: var(--run-0)" : metric.values[i] === null ? "fill: none" : shade.css(metric.values[i]);
     const point = report.passed[i] ? svg("circle", { class: "point", cx: x, cy: y, r: 4, style }, picture)
       : svg("path", { class: "fails", d: `M${(x - 4).toFixed(1)} ${(y - 4).toFixed(1)}l8 8m0 -8l-8 8` }, picture);
-    svg("title", {}, point, `sample ${sample}: ${metric.values[i] === null ? "none" : `${shortNumber(metric.values[i], 4)} ${metric.unit}`}${report.passed[i] ? "" : ", fails"}`);
+    svg("title", {}, point, `sample ${sample}: ${metric.values[i] === null ? "none" : quantityText(metric.values[i], metric.unit)}${report.passed[i] ? "" : ", fails"}`);
     point.addEventListener("click", () => tell(i));
   });
   labelled(picture, ticks(across, first, Math.max(3, box.width / 70), 40), ticks(up, over, 6, 15), first, over, box);
@@ -185,7 +185,7 @@ function drawHistogram(metric) {
   counts.forEach((parts, k) => parts.forEach((count, beyond) => {   // one on the other
     const [from, to] = [low + k * wide, low + (k + 1) * wide], x = left + across.place(from) + 0.5, below = beyond * parts[0];
     if (count) svg("title", {}, svg("rect", { class: beyond ? "bar beyond" : "bar", x, y: top + height * (1 - (below + count) / most),
-      width: across.place(to) - across.place(from) - 1, height: height * count / most }, picture), `${count} from ${shortNumber(from, 4)} to ${shortNumber(to, 4)} ${metric.unit}${beyond ? ", beyond a limit" : ""}`);
+      width: across.place(to) - across.place(from) - 1, height: height * count / most }, picture), `${count} from ${quantityText(from, metric.unit)} to ${quantityText(to, metric.unit)}${beyond ? ", beyond a limit" : ""}`);
   }));
   for (const limit of limits) svg("path", { class: "limit", d: `M${left + across.place(limit)} ${top}v${height}` }, picture);
   svg("text", { class: "end", x: left - 4, y: top + 8 }, picture, String(most));
@@ -218,7 +218,7 @@ function drawResponse(most = 960) {
     svg("text", { class: "start", x: left, y: y + 26 }, picture, shortNumber(shade.low, 3));
     svg("text", { class: "end", x: left + 120, y: y + 26 }, picture, shortNumber(shade.high, 3));
   }
-  const asked = Object.entries(metric.limits).map(([end, limit]) => `${end === "min" ? "≥" : "≤"} ${shortNumber(limit, 4)} ${metric.unit}`).join(", ");
+  const asked = Object.entries(metric.limits).map(([end, limit]) => `${end === "min" ? "≥" : "≤"} ${quantityText(limit, metric.unit)}`).join(", ");
   const words = alone ? [cells && "number of samples", asked && `dashed: asked for ${asked}`] : [shaded && titleOf(metric), asked && `asked for ${asked}`];
   svg("text", { class: "start", x: 4, y: y + 42 }, picture, words.filter(Boolean).join(", "));
   if (report.passed.includes(0)) {
