@@ -41,8 +41,9 @@ const KNOBS = [
     by: "factor" },
 ];
 
-/** Faults: the Booleans that a switch sets, of the first motor or encoder or of all. */
+/** Switches: the Booleans that each sets, of the first motor or encoder or of all. */
 const SWITCHES = [
+  { id: "windup", group: "knobs", label: "anti-windup", like: /^controller\.antiwindup$/ },
   { id: "phase", label: "a phase is open", like: /^plant\.\w+\.phase_b\.open$/, first: 1 },
   { id: "supply", label: "a supply is lost", like: /^plant\.\w+\.phase_[abc]\.open$/, first: 3 },
   { id: "stuck", label: "amplifiers stuck", like: /^plant\.\w+\.amplifier\.stuck$/ },

@@ -45,8 +45,6 @@ function showPanel() {
   }
   at("blink").hidden = !offNames().length;
   for (const knob of KNOBS) panel.knobs[knob.id](knobValue(knob, run, state.controller, valueOf));
-  at("antiwindup").disabled = valueOf("controller.antiwindup") === undefined;
-  at("antiwindup").checked = valueOf("controller.antiwindup") === true;
   panel.parameter(run, state.controller, valueOf);
   panel.settings(state.settings);
   // No command runs a controller that is in no file.
@@ -71,7 +69,7 @@ const offNames = () => parametersLike(page.run, page.state.controller, /^plant\.
 
 function buildSwitches() {
   for (const each of SWITCHES) {
-    const label = html("label", { class: "check" }, at("switches"));
+    const label = html("label", { class: "check" }, at(each.group ?? "switches"));
     const input = html("input", { type: "checkbox", id: `switch-${each.id}` }, label);
     label.append(each.label);
     input.addEventListener("change", () => change(Object.fromEntries(
@@ -85,7 +83,6 @@ function buildSwitches() {
 }
 
 function buildPanel() {
-  buildSwitches();
   for (const speed of SPEEDS) html("option", { value: speed }, at("speed"), `${speed}×`);
   page.panel = {
     knobs: Object.fromEntries(KNOBS.map((knob) => [knob.id, slider(at(knob.group ?? "knobs"), knob,
@@ -97,6 +94,7 @@ function buildPanel() {
       ?? plannedValue(page.run, page.run.fmus.controller.model, full) })),
     references: {},
   };
+  buildSwitches();
   at("controller").addEventListener("change", () => swap(at("controller").value));
   at("ghost").addEventListener("change", () => setGhost(at("ghost").value));
   at("run").addEventListener("change", () => {
@@ -109,7 +107,6 @@ function buildPanel() {
     post({ type: "speed", value: page.state.speed });
     stateChanged();
   });
-  at("antiwindup").addEventListener("change", () => change({ "controller.antiwindup": at("antiwindup").checked }));
   at("play").addEventListener("click", () => play(!page.playing));
   at("restart").addEventListener("click", restart);
   at("lift").addEventListener("click", liftOff);

@@ -106,7 +106,6 @@ function drawHint(canvas, view, row, colours) {
 
 function readColours(printed) {
   page.printed = onPaper = Boolean(printed);
-  inks = {};
   if (plots.live) plots.live.stale = true;
   page.colours = sceneColours(page.run?.axes ?? [], printed);
   page.dirty = true;

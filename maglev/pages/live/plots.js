@@ -190,14 +190,10 @@ function rollPanel(plot, p, { ratio, wide, width, bucket, latest, since, ...all 
     context.beginPath();
     follow(context, line, along, up, latest - begin);
     const dashes = line.dash === "solid" ? [] : DASHES[line.dash].split(" ").map((length) => ratio * length);
-    outline(context, inkOf(line.css), (line.thin ? 0.9 : 1.6) * ratio, dashes);
+    outline(context, page.colours[line.css], (line.thin ? 0.9 : 1.6) * ratio, dashes);
   }
   Object.assign(across, scaleOf(view.low, view.high, 0, width, false));
   drawAcross(picture.querySelector(".across"), panel, across, width, PANEL.plot, p === plot.panels.length - 1);
   drawCursors(plot, p, plot.here ?? null);
   if (picture === document.activeElement) for (const [name, value] of [["min", view.low], ["max", view.high]]) picture.setAttribute(`aria-value${name}`, value);
 }
-
-/** Colour of the style sheet, as a canvas takes it. */
-let inks = {};
-const inkOf = (css) => (inks[css] ??= getComputedStyle(document.documentElement).getPropertyValue(`--${css}`).trim());

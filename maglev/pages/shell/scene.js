@@ -24,14 +24,12 @@ function endsOf(run, axis, values) {
   return [-most, most];
 }
 
-/** Return the colours of the style sheet by their meanings; those of axes by the axes' names. On paper they are the
- * light ones, its first. */
+/** Return the colours of the style sheet by their names, also of axes. On paper they are the light ones, its first. */
 function sceneColours(axes, printed = false) {
   const first = () => [...document.styleSheets].flatMap(({ cssRules }) => [...cssRules]).find(({ selectorText }) => selectorText === ":root").style;
   const style = printed ? first() : getComputedStyle(document.documentElement), colour = (name) => style.getPropertyValue(`--${name}`).trim();
-  return Object.fromEntries([...["paper", "panel", "text", "faint", "line", "iron", "current", "north", "south", "plate", "weight", "bad",
-    "reference", ...Array.from({ length: 7 }, (_, k) => `run-${k}`)].map((name) => [name, colour(name)]),
-  ...axes.map((axis, i) => [axis, colour(`axis-${i}`)])]);
+  return Object.fromEntries(["paper", "panel", "text", "faint", "line", "iron", "current", "north", "south", "plate", "weight", "bad",
+    "reference", ...Array.from({ length: 7 }, (_, k) => `run-${k}`), ...axes.map((_, i) => `axis-${i}`)].map((name) => [name, colour(name)]));
 }
 
 /** Redraw when the reader's colours change, and for paper, which is told. */

@@ -85,7 +85,7 @@ function nameAxes(context, { camera, bodies: { floor, wide, deep, ledge }, run, 
   const within = (place, from, size) => Math.min(from + size - 12, Math.max(from + 12, place));
   drivenAxes(run).forEach((axis, i) => {
     const [x, y] = camera.seen([(i ? -1.03 : 0.98) * wide, floor, (i ? 0.86 : -0.9) * (1.2 * deep + ledge)]);
-    write(context, `+${axis}`, within(x, left, width), within(y, top, height), colours[axis] ?? colours.text, { font: "600 12px", align: "center", halo: colours.paper });
+    write(context, `+${axis}`, within(x, left, width), within(y, top, height), colours[`axis-${run.axes.indexOf(axis)}`] ?? colours.text, { font: "600 12px", align: "center", halo: colours.paper });
   });
 }
 
