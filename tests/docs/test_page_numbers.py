@@ -39,7 +39,7 @@ def test_pages_have_the_values_of_descriptions() -> None:
     assert f"The plant has C1…C4 = {one} and C1…C5 = {other}." in words(ROOT / "docs" / "results_identification.md")
     v, h, y, x, z = (f"{axis.mass:{form}}" for stage, form in ((two, ".3f"), (three, ".1f")) for axis in stage.axes)
     assert f"on movers of {v} (v), {h} (h), {y} (y), {x} (x) and {z} kg (z)" in words(ROOT / "docs" / "model.md")
-    assert f"{v} kg on v, {h} kg on h; {y} kg on y, {x} kg on x, {z} kg on z." in words(
+    assert f"{v} kg on v, {h} kg on h; {y} kg on y, {x} kg on x, {z} kg on z;" in words(
         ROOT / "plant_fmu" / "documentation" / "effects.html")
     models = [definition(f"Plant{stage.name.upper()}").continuous for stage in PACKAGED_STAGES.values()]
     states = [len(model.states) for model in models if model]
