@@ -197,7 +197,7 @@ def test_bars_add_up_to_the_samples_and_stop_at_what_is_known(browser, tmp_path:
     tab = Tab(browser, tmp_path / "study.html")
     bars = tab.evaluate("""[...document.querySelectorAll(".bars .bar")].map((bar) =>
         [parseInt(bar.textContent), bar.classList.contains("beyond"), Number(bar.textContent.split(" ")[2]),
-         Number(bar.textContent.split(" ")[4])])""")
+         Number(bar.textContent.split(" ")[5])])""")
     assert sum(count for count, *_ in bars) == 11
     limit = tab.evaluate("columns.find(({ name }) => name === 'overshoot of v').limits.max")
     assert all(high > limit if beyond else low <= limit for _, beyond, low, high in bars)
