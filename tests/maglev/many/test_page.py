@@ -196,8 +196,7 @@ def test_bars_add_up_to_the_samples_and_stop_at_what_is_known(browser, tmp_path:
     (tmp_path / "study.html").write_text(study_page(made, about), encoding="utf-8")
     tab = Tab(browser, tmp_path / "study.html")
     bars = tab.evaluate("""[...document.querySelectorAll(".bars .bar")].map((bar) =>
-        [parseInt(bar.textContent), bar.classList.contains("beyond"), Number(bar.textContent.split(" ")[2]),
-         Number(bar.textContent.split(" ")[5])])""")
+        [parseInt(bar.textContent), bar.classList.contains("beyond"), ...["from", "to"].map((end) => Number(bar.textContent.match(`${end} (\\S+)`)[1]))])""")
     assert sum(count for count, *_ in bars) == 11
     limit = tab.evaluate("columns.find(({ name }) => name === 'overshoot of v').limits.max")
     assert all(high > limit if beyond else low <= limit for _, beyond, low, high in bars)
