@@ -195,8 +195,9 @@ def test_bars_add_up_to_the_samples_and_stop_at_what_is_known(browser, tmp_path:
     made = made.set_column(made.schema.get_field_index("overshoot of v"), made.schema.field("overshoot of v"), [values])
     (tmp_path / "study.html").write_text(study_page(made, about), encoding="utf-8")
     tab = Tab(browser, tmp_path / "study.html")
-    bars = tab.evaluate("""[...document.querySelectorAll(".bars .bar")].map((bar) =>
-        [parseInt(bar.textContent), bar.classList.contains("beyond"), ...["from", "to"].map((end) => Number(bar.textContent.match(`${end} (\\S+)`)[1]))])""")
+    bars = [(int(count), beyond, float(low), float(high)) for beyond, count, low, high in tab.evaluate("""
+        [...document.querySelectorAll(".bars .bar")].map((bar) => [bar.classList.contains("beyond"),
+            ...bar.textContent.match(/^([0-9]+) from ([0-9.]+).* to ([0-9.]+)/).slice(1)])""")]
     assert sum(count for count, *_ in bars) == 11
     limit = tab.evaluate("columns.find(({ name }) => name === 'overshoot of v').limits.max")
     assert all(high > limit if beyond else low <= limit for _, beyond, low, high in bars)
