@@ -74,7 +74,7 @@ def synthesise(loop: AxisLoop, decay: float) -> Array:
     """Antiwindup gains Ec, shape (3,), with the largest certified step at a rate of decay (1/s).
 
     S = 1/T is equal for all commands that the antiwindup acts on. Z = Ec S replaces the product, so that the
-    inequalities are linear in Q, Y, S, Z. StabilityError if there are none, or cvxpy is missing.
+    inequalities are linear in Q, Y, S, Z. StabilityError if no gains fulfil them, or cvxpy is missing.
     """
     inequalities = Inequalities(Scaled(loop), decay, None)
     inequalities.largest_step()

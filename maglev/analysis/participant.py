@@ -155,7 +155,7 @@ class Derivative:
     coarse: Array   # by the smaller of the two sizes alone; shape (samples, outputs)
     error: float   # how much larger a difference between the two can be than a response is, relative to the largest one
     holds_to: float   # largest push at which it was the same within 1 %, m; more was not tried than the largest
-    verdict: str = ""   # why there is none; empty if there is one
+    verdict: str = ""   # reason if the derivative does not exist, otherwise empty
 
 
 def derivative(part: Participant, base: Array, number: int, scale: float, samples: int,

@@ -61,7 +61,7 @@ DOUBLE = np.dtype("<f8")
 def generated(controller: str | Path | PythonFile) -> tuple[FmuDefinition, dict[str, str]]:
     """A controller, by the name of an FMU or in a Python file, and its freestanding C: files by name.
 
-    MaglevError if there is none, or it is not what C can have, with file and line.
+    MaglevError, with file and line, if no controller has the name, or it cannot be translated to C.
     """
     with buildable(controller, native=True) if isinstance(controller, PythonFile) else nullcontext(
             Buildable(definition(str(controller)), {})) as built:

@@ -143,9 +143,9 @@ def digest_of_all(files: Mapping[str, bytes]) -> str:
 
 
 def record_conflict(path: Path) -> str:
-    """Why a file is not the one that the JSON next to it is of, as the end of a sentence.
+    """Return why a file does not belong to the JSON next to it, as the end of a sentence.
 
-    Empty if it is, or if there is none that has its digest.
+    Empty if the file belongs to it, or if no JSON next to it has a digest.
     """
     record = path.with_suffix(".json")
     try:
