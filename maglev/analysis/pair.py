@@ -14,7 +14,7 @@ from maglev.analysis.participant import Participant, Sign, no_sign
 from maglev.cosim.helper_process import called_apart
 from maglev.cosim.isolated_run import TIMEOUT
 from maglev.cosim.master import FmuSetup
-from maglev.cosim.open import read_description
+from maglev.cosim.open import describe
 from maglev.cosim.port_map import PortMap, apply, read_port_maps
 from maglev.descriptions.own_fmus import current_fmu
 from maglev.descriptions.registry import known_stages
@@ -243,7 +243,7 @@ def part_of(role: str, given: Given, known: Collection[str], fmus: Path, maps: M
             otherwise = f"{or_of_own_stage()}, or the path of an FMU or a Python file"
             raise LinearModelError(f"{given!r} is no {role}, expected {one_of(given, known, otherwise)}")
         name, source = name_of(given), source_of(given).copy()
-    description = read_description(role, source)
+    description = describe(role, source)
     apply(maps.get(role, PortMap()), description)
     return Part(role, name, source, maps.get(role), description)
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.master import FmuSetup
-from maglev.cosim.open import open_fmu, read_description
+from maglev.cosim.open import describe, open_fmu
 from maglev.cosim.port_map import apply
 from maglev.cosim.wiring import Call, Rate, Track, step_calls, value_calls
 from maglev.files.arrays import Array
@@ -67,7 +67,7 @@ class Participant:
         self.fmu.close()
 
     def begin(self) -> None:
-        description = read_description(self.setup.name, self.setup.source)
+        description = describe(self.setup.name, self.setup.source)
         scales = {} if self.setup.ports is None else apply(self.setup.ports, description)
         self.fmu: Fmu = open_fmu(self.setup.name, self.setup.source, description, scales)
         self.given, self.setting = self.row("Set", self.inputs)

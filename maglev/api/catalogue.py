@@ -180,11 +180,11 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
 
 def require_different_names(files: Iterable[PythonFile], names: Iterable[str]) -> None:
     """Raise an error if two classes, or a class and an FMU built with it, have one name: files get these names."""
-    from maglev.cosim.open import read_description  # in another process, which a file may end when it is imported
+    from maglev.cosim.open import describe  # in another process, which a file may end when it is imported
 
     taken = {name.casefold(): name for name in names}
     for file in files:
-        name = read_description("controller", file).modelName
+        name = describe("controller", file).modelName
         other = taken.setdefault(name.casefold(), str(file))
         if other != str(file):
             raise ControllerError(f"{file}: its class {name} has the name of {other}, expected another one: the FMU is "

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-from maglev.cosim.open import read_description
+from maglev.cosim.open import describe
 from maglev.cosim.port_map import PortMap, read_port_maps
 from maglev.descriptions.own_fmus import own_fmu
 from maglev.files.errors import ScenarioError, option
@@ -33,7 +33,7 @@ def experiments_of(plans: Sequence[RunPlan], options: SomeOptions, say: Say = wa
     maps = port_maps(given, options)
     for name, source in given.items():
         if isinstance(source, PythonFile):
-            read_description(name, source.copy(), float(options["timeout"]))   # its import may take that, too
+            describe(name, source.copy(), float(options["timeout"]))   # its import may take that, too
     needed = [fmu.model for plan in plans for name, fmu in plan.fmus.items() if fmu.model and name not in given]
     needed += [name for name in given.values() if isinstance(name, str)]
     folder = fmus_for_runs(needed, options["fmus"], options["kind"], options["fmi"], everywhere=everywhere, say=say,

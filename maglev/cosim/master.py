@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from maglev.cosim import Order
 from maglev.cosim.fmu import Fmu
-from maglev.cosim.open import open_fmu, read_description
+from maglev.cosim.open import describe, open_fmu
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import StepFailed, Stepper, new_counter, own_loop
 from maglev.cosim.wiring import Call, Drives, Rate, Track, Wiring, wire
@@ -197,7 +197,7 @@ class Master:
         self.fmus: dict[str, Fmu] = {}
         self.wiring: Wiring   # as soon as it is wired
         self.has_run = self.closed = False
-        described = [(p, read_description(p.name, p.source)) for p in setups]
+        described = [(p, describe(p.name, p.source)) for p in setups]
         try:
             with held_interrupts():
                 for setup, description in described:

@@ -11,7 +11,7 @@ from fmpy.model_description import ModelDescription
 
 from maglev.cosim.fmu import kind_of
 from maglev.cosim.master import Recording
-from maglev.cosim.open import read_description
+from maglev.cosim.open import describe
 from maglev.cosim.port_map import apply
 from maglev.files.arrays import Array
 from maglev.files.errors import FmuError, ScenarioError, option
@@ -128,7 +128,7 @@ def recorded_experiment(experiment: Experiment, recording: Recording, fmu: str, 
     The results have a row every `every` communication steps. ScenarioError if no output of the FMU was recorded.
     """
     source = experiment.sources[fmu]
-    described = read_description(fmu, source)
+    described = describe(fmu, source)
     scales = apply(experiment.ports[fmu], described) if fmu in experiment.ports else {}
     variables = {v.name: v for v in described.modelVariables}
 

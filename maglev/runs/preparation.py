@@ -13,7 +13,7 @@ from maglev.cosim import Order
 from maglev.cosim.fmi_versions import FMI3
 from maglev.cosim.isolated_run import TIMEOUT, Complete, Job, run_apart
 from maglev.cosim.master import FmuSetup, Master, Recording, RunFailed
-from maglev.cosim.open import read_description
+from maglev.cosim.open import describe
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import LIBRARY, own_loop
 from maglev.cosim.wiring import Drives
@@ -88,7 +88,7 @@ class Experiment:
     def check(self) -> dict[str, ModelDescription]:
         """Return the model descriptions; FmuError or ScenarioError if they lack a name of the plan."""
         know_stage_of(self.plan)   # also in another process than that which made it ready
-        descriptions = {name: read_description(name, source, self.timeout) for name, source in self.sources.items()}
+        descriptions = {name: describe(name, source, self.timeout) for name, source in self.sources.items()}
         for name, ports in self.ports.items():
             apply(ports, descriptions[name])
         require_essential(self.plan, {name: self.sources[name] for name in self.ports}, descriptions)
@@ -403,7 +403,7 @@ def needless_delays(plan: RunPlan, order: Order, sources: Mapping[str, Source]) 
     """
     def samples(name: str) -> bool:
         return (sources[name].exists
-                and not read_description(name, sources[name]).coSimulation.canHandleVariableCommunicationStepSize)
+                and not describe(name, sources[name]).coSimulation.canHandleVariableCommunicationStepSize)
 
     def late(stepped: Sequence[str]) -> int:
         return sum(stepped.index(source) > stepped.index(target) for source, target in wires)

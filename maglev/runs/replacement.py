@@ -8,7 +8,7 @@ from pathlib import Path
 from fmpy.model_description import ModelDescription
 
 from maglev.cosim.fmi_versions import OWN_TOOL
-from maglev.cosim.open import read_description
+from maglev.cosim.open import describe
 from maglev.cosim.port_map import PortMap, apply
 from maglev.descriptions.own_fmus import definition
 from maglev.descriptions.registry import known_stages
@@ -32,7 +32,7 @@ class Replacement:
 
     def description(self, name: str) -> ModelDescription:
         """Model description with our names and SI units."""
-        description = read_description(name, self.source)
+        description = describe(name, self.source)
         apply(self.ports, description)
         return description
 
@@ -49,7 +49,7 @@ def known_ports(plan: RunPlan, name: str) -> dict[str, str | None]:
     if model in known_stages().definitions():
         known |= {variable.name: variable.unit or None for variable in definition(model).variables}
     elif source is not None and source.path.is_file():
-        known |= {variable.name: variable.unit for variable in read_description(name, source).modelVariables}
+        known |= {variable.name: variable.unit for variable in describe(name, source).modelVariables}
     return known
 
 

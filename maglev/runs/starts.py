@@ -12,7 +12,7 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 
 from fmpy.model_description import ScalarVariable
 
-from maglev.cosim.open import read_description
+from maglev.cosim.open import describe
 from maglev.cosim.port_map import declared_units
 from maglev.descriptions.own_fmus import definition
 from maglev.files.errors import ScenarioError, key_path, nearest_file, one_of, option, shortened
@@ -312,7 +312,7 @@ def known_start(name: str, source: Source, variable: str) -> float | None:
     """Start value that an FMU itself has for a variable; None where it has none, or cannot be read yet."""
     if not source.exists:
         return None
-    text = next((v.start for v in read_description(name, source).modelVariables if v.name == variable), None)
+    text = next((v.start for v in describe(name, source).modelVariables if v.name == variable), None)
     try:
         return {"true": 1.0, "false": 0.0}.get(str(text)) if text in ("true", "false") else float(str(text))
     except ValueError:
@@ -336,7 +336,7 @@ def of_declared_types(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue
         texts = {variable: value for variable, value in values.items() if isinstance(value.written, str)}
         known = sources[name].exists
         variables = {variable.name: variable for variable in
-                     read_description(name, sources[name]).modelVariables} if texts and known else {}
+                     describe(name, sources[name]).modelVariables} if texts and known else {}
         for variable, value in texts.items():
             key = key_path(["fmus", name, "start", variable])
             place = value.origin or f"{plan.source}: {key} = {value.written!r}"
@@ -353,7 +353,7 @@ def in_declared_units(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue
     """
     def declared(unit: str, name: str, where: str) -> Unit:
         """Return the unit that an FMU declares; empty for an unknown variable, which fails later."""
-        units = declared_units(read_description(name, sources[name])) if sources[name].exists else {}
+        units = declared_units(describe(name, sources[name])) if sources[name].exists else {}
         if unit not in units:
             raise ScenarioError(f"{where}: unknown unit {unit!r}, which {name} does not declare by SI base units "
                                 f"either; {like(unit, [*UNITS, *units])}")

@@ -60,11 +60,11 @@ def build_written(source: PythonFile, folder: Path, kind: Kind = PYTHON) -> Path
     ControllerError or BuildError if the class cannot be run, or an FMU cannot have what is in its file; with file and
     line.
     """
-    from maglev.cosim.open import read_description  # to list what there is takes no fmpy
+    from maglev.cosim.open import describe  # to list what there is takes no fmpy
 
     if kind.native:
         require_zig()
-    read_description("controller", source)   # in another process, which a file may end when it is imported
+    describe("controller", source)   # in another process, which a file may end when it is imported
     with buildable(source, kind.native) as written, whole_files(folder) as unfinished:
         own = written.definition
         if own.name in (*known_stages().definitions(), *known_stages().systems()):
