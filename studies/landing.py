@@ -20,16 +20,16 @@ from scipy.ndimage import binary_dilation
 
 import maglev
 from maglev.files.arrays import Array, Bools
+from maglev.files.pictures import new_figure
 from maglev.many.study_design import tried_values
 from maglev.many.study_file import load_study, read_study
-from maglev.pages.law_map import Factor, LawMap, Outcomes
-from maglev.pages.outcome_map import grid_of, outcomes_of
+from maglev.pages.outcome_map import Factor, LawMap, Outcomes, grid_of, outcomes_of
 from maglev.pages.sample_commands import command_of
 from maglev.pages.study_page import write_maps
-from studies.laws import LAWS, NAMES, write_picture
 
 STUDY, DESCRIPTION = "landing-3dof", "3dof"
-COMPARED = (*LAWS[DESCRIPTION], "interpolated")
+COMPARED = ("nonlinear", "linear", "scheduled", "pid", "interpolated")
+NAMES = {"pid": "PID"}
 WORDS = ("lands", "lands after it touched a stop", "is not yet there after 2 s", "trips", "stays at a stop",
          "is not run to its end")
 COLOURS = ("#2a9d5c", "#a8d5a2", "#8fa7c4", "#8e6bb0", "#c8503c", "#000000")
@@ -110,23 +110,41 @@ def main() -> None:
     parser.add_argument("--fine", type=int, default=4)
     parser.add_argument("--jobs", type=int)
     options = parser.parse_args()
-    draw([map_law(law, options) for law in COMPARED], options.out, options.docs)
+    maps = [map_law(law, options) for law in COMPARED]
+    write_maps(options.out / f"{STUDY}.html", "From where each law lands the 3-DOF stage",
+               SAID.format(sum(law.cells.size for law in maps)), maps, WORDS)
+    write_picture(options.docs / f"{STUDY}.png", maps)
 
 
-def draw(maps: Sequence[LawMap], out: Path, docs: Path) -> None:
-    """Write the page and the picture of the maps of all laws."""
+def write_picture(path: Path, maps: Sequence[LawMap]) -> None:
+    """Write a PNG of the maps: a column for each law, a row for each payload."""
+    from matplotlib.colors import ListedColormap  # an extra: only who draws needs it
+    from matplotlib.patches import Patch
+
     down, across, payload = maps[0].factors
-    write_maps(out / f"{STUDY}.html", "From where each law lands the 3-DOF stage",
-               SAID.format(sum(outcome_map.cells.size for outcome_map in maps)), maps, WORDS)
-    drawn = [Factor("gap", "mm", ticks(1e3 * down.values)), Factor("speed downwards", "m/s", ticks(across.values)),
-             Factor("with", "", np.array([f"Payload {1e3 * kilograms:g} g" for kilograms in payload.values]))]
-    write_picture(docs / f"{STUDY}.png", "3-DOF stage: from where each law lands",
-                  [[replace(outcome_map, factors=drawn) for outcome_map in maps]], WORDS, COLOURS)
+    figure = new_figure(2.5 * len(maps) + 1.0, 2.3 * len(payload.values) + 0.9)
+    figure.suptitle("3-DOF stage: from where each law lands")
+    grid = figure.subplots(len(payload.values), len(maps), squeeze=False)
+    for k, (places, kilograms) in enumerate(zip(grid, payload.values, strict=True)):
+        for law, axes in zip(maps, places, strict=True):
+            axes.pcolormesh(law.cells[k], cmap=ListedColormap(COLOURS), vmin=-0.5, vmax=len(WORDS) - 0.5)
+            axes.set_xticks(*ticks(across.values), fontsize=7)
+            axes.set_yticks(*ticks(1e3 * down.values), fontsize=7)
+            axes.tick_params(length=0)
+            axes.set_xlabel("speed downwards, m/s", fontsize=8)
+        places[0].set_ylabel(f"Payload {1e3 * kilograms:g} g\ngap, mm", fontsize=9)
+    for law, axes in zip(maps, grid[0], strict=True):
+        axes.set_title(law.name)
+    occurring = np.unique([law.cells for law in maps]).tolist()
+    figure.legend(handles=[Patch(color=COLOURS[outcome], label=WORDS[outcome]) for outcome in occurring],
+                  loc="outside lower center", ncols=4, frameon=False)
+    figure.savefig(path, dpi=100)
 
 
-def ticks(values: Array) -> NDArray[np.str_]:
-    """Labels of a side: of five values, and no text of the others."""
-    return np.array(["" if k % ((len(values) - 1) // 4) else f"{value:.3g}" for k, value in enumerate(values.tolist())])
+def ticks(values: Array) -> tuple[Array, list[str]]:
+    """Return the places and the labels of five values of a side."""
+    at = np.linspace(0, len(values) - 1, 5).astype(int)
+    return at + 0.5, [f"{value:.3g}" for value in values[at]]
 
 
 if __name__ == "__main__":

@@ -1,38 +1,31 @@
-"""Run every law with noise and delay of its measurements, with lost samples and with a low bus voltage.
+"""Measure how much noise, delay, loss and lack of voltage each law tolerates: the tables of docs/results_faults.md.
 
-    python -m studies.tolerances [--stage 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
+    python -m studies.tolerances [--stage 3dof] [--out results] [--jobs 2]
 
-It draws pictures of docs/results_faults.md, prints its tables, and writes its results as data of the package, which the
-report draws. With --stage it does so for one stage, and the others stay. It takes some ten minutes on two processors. A
-study that is done is not run again.
+One of them gets worse at a time, all else being ideal. A study that is done is not run again.
 """
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+import maglev
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.files.errors import MaglevError
-from maglev.many.dataset import read_dataset
+from maglev.files.fmi_units import typeset_unit
+from maglev.files.marked import markdown_table, write_part
 from maglev.many.study_file import StudyFile, read_study
-from maglev.pages import tolerances as page
-from maglev.pages.grids import Grid, StageGrids
-from maglev.pages.law_map import Outcomes
-from maglev.pages.study_text import units_of
 from maglev.scenario.layers import PACKAGED
 from pmlsm.stage_description import StageDescription
-from studies.laws import NAMES, RunStudy, map_laws, origin_of, shares_markdown, write_picture
 
-FAR, TILTED = 1e-3, 5e-3   # m; rad of a tilt: as `fail_error` and `fail_tilt` of scenarios
+DOCS = Path(__file__).parents[1] / "docs" / "results_faults.md"
+LAWS = {"2dof": ("nonlinear", "linear", "pid"), "3dof": ("nonlinear", "linear", "scheduled", "pid"),
+        "5dof": ("nonlinear", "linear", "pid")}
+NAMES = {"pid": "PID"}
 
 SIZES = (1.0, 3.0)    # mm, by which the gap is asked to become smaller, from where the loops of the steps begin
 BESIDE = {False: "5 mm", True: "2 mrad"}   # steps of horizontal axes with it, or of the tilts of a platform that tilts
-
-COLOURS = ("#2a9d5c", "#f4c152", "#c8503c", "#8e6bb0")   # of the outcomes
+FAR = {False: "1 mm", True: "5 mrad"}      # of an axis or of a tilt from its reference: as `fail_error` and `fail_tilt`
 
 SCENARIO = """\
 extends = ["{steps}", "{measurement}"]
@@ -42,67 +35,84 @@ stop_time = "5 s"
 """
 
 
-def outcomes(columns: Mapping[str, NDArray[Any]], tilts: tuple[str, ...]) -> Outcomes:
-    """Outcome of each sample by a study's metrics, shape (samples,), some axes being tilts; the first cause counts."""
-    far = np.any([~(values <= (TILTED if name.removeprefix("end error of ") in tilts else FAR))
-                  for name, values in columns.items() if name.startswith("end error of ")], axis=0)
-    tripped, touched = columns["trip time"], columns["stop contact time"]
-    return np.select([np.isfinite(tripped) & (tripped <= touched), np.isfinite(touched), far],
-                     [page.TRIPPED, page.STOPPED, page.ASTRAY], page.HOLDS).astype(np.uint8)
+@dataclass(frozen=True)
+class Disturbance:
+    """A condition that gets worse, from its harmless value."""
+
+    name: str
+    unit: str
+    values: tuple[float, ...]   # in the unit, the harmless one, 0, first
+    sets: str                   # its parameter; {} means each encoder
+
+    def text(self, value: float) -> str:
+        return f"{value:g} {typeset_unit(self.unit)}"
 
 
-def read_outcomes(path: Path, question: page.Question) -> Outcomes:
-    """Outcomes in a study's dataset; each step needs the values of the sides once."""
-    samples = read_dataset(path)
-    columns = {name: samples[name].to_numpy() for name in samples.column_names if name != "failure"}
-    tilts = tuple(name.removeprefix("end error of ") for name, unit in units_of(samples).items()
-                  if name.startswith("end error of ") and unit == "rad")
-    ends = outcomes(columns, tilts)
-    # A run that its FMUs ended, by running away, was beyond a stop before.
-    ends[[failure is not None for failure in samples["failure"].to_pylist()]] = page.STOPPED
-    shape = len(question.down.values), len(question.along.values)
-    if len(ends) % (shape[0] * shape[1]):
-        raise MaglevError(f"{path}: {len(ends)} samples, expected {shape[0]} by {shape[1]} for each step")
-    # Samples of a grid are in the order of the varied quantities, the steps last.
-    return np.moveaxis(ends.reshape(*shape, -1), -1, 0)
+DISTURBANCES = (
+    Disturbance("noise", "um", (0, 2, 5, 10, 20, 50, 100, 200), "measurement.{}.noise"),
+    Disturbance("delay", "ms", (0, 1, 2, 4, 6, 8, 10, 12, 15), "measurement.delay"),
+    Disturbance("bus voltage", "V", (0, 48, 24, 18, 12, 9, 6, 4), "plant.bus_voltage"),   # 0: without a limit
+    Disturbance("lost samples", "%", (0, 20, 40, 60, 80, 90, 95, 98, 99), "measurement.{}.lost"))
+HEADS = ("controller", "step of the gap", *(each.name for each in DISTURBANCES))
 
 
-def study_of(stage: StageDescription, law: str, question: page.Question, folder: Path) -> StudyFile:
-    """Study of a question with a law; its scenario is written into a folder."""
+def study_of(stage: StageDescription, law: str, folder: Path) -> StudyFile:
+    """Return the study of a law: for each step all values of the first disturbance, then of the second, and so on.
+
+    Its scenario is written into a folder.
+    """
     scenario = folder / f"tolerance-{stage.name}-{law}.toml"
     folder.mkdir(parents=True, exist_ok=True)
     scenario.write_text(SCENARIO.format(
         steps=(PACKAGED / "steps" / f"{stage.name}-{law}.toml").as_posix(), title=stage.title, stage=stage.name,
-        law=law,
-        measurement=(PACKAGED / "loops" / f"{stage.name}-measurement.toml").as_posix()), encoding="utf-8")
+        law=law, measurement=(PACKAGED / "loops" / f"{stage.name}-measurement.toml").as_posix()), encoding="utf-8")
     gap, start = stage.vertical.name, 1e3 * stage.vertical.start
     measured = [encoder.rpartition(".")[0] for encoder in stage.encoders]
-    vary = [{"name": side.name, "kind": "list", "values": [f"{value:g} {side.unit}" for value in side.values],
-             "set": [side.sets.format(name) for name in measured] if "{}" in side.sets else [side.sets]}
-            for side in (question.down, question.along)]
-    steps = {"name": "target gap", "kind": "list", "values": [f"{start - size:g} mm" for size in SIZES],
+    rows = [(size, disturbed, value) for size in SIZES for disturbed in DISTURBANCES for value in disturbed.values]
+    vary = [{"name": each.name, "kind": "list",
+             "values": [f"{value if each is disturbed else 0:g} {each.unit}" for _, disturbed, value in rows],
+             "set": [each.sets.format(name) for name in measured] if "{}" in each.sets else [each.sets]}
+            for each in DISTURBANCES]
+    steps = {"name": "target gap", "kind": "list", "values": [f"{start - size:g} mm" for size, _, _ in rows],
              "set": [f"reference.{gap}.end", *(["controller.setpoint"] if law == "linear" else [])]}
     beside = {f"reference.{axis.name}.end": BESIDE[bool(stage.rotations)]
               for axis in stage.rotations or stage.horizontal}
-    return read_study({"name": f"tolerance-{stage.name}-{law}-{question.name}", "scenario": str(scenario.resolve()),
-                       "vary": [*vary, steps], "set": beside, "metrics": ["end error"]}, scenario)
+    limits = {f"end error of {axis.name}": {"max": FAR[axis.rotation]} for axis in stage.axes}
+    return read_study({"name": f"tolerance-{stage.name}-{law}", "scenario": str(scenario.resolve()),
+                       "vary": [*vary, steps], "set": beside, "metrics": ["end error"], "design": {"kind": "rows"},
+                       "limits": {"failed": {"max": 0}, **limits}}, scenario)
 
 
-def run_stage(name: str, laws: tuple[str, ...], run_study: RunStudy, options: argparse.Namespace) -> StageGrids:
-    stage, paths, grids = PACKAGED_STAGES[name], list[Path](), dict[str, Grid]()
-    for question in page.QUESTIONS:
-        outcomes_of_laws = {}
-        for law in laws:
-            paths.append(run_study(study_of(stage, law, question, options.out / "tolerances")))
-            outcomes_of_laws[NAMES.get(law, law)] = read_outcomes(paths[-1], question)
-        sides = {f"{side.name}, {side.unit}": np.array(side.values) for side in (question.down, question.along)}
-        grids[question.name] = Grid({page.STEP: np.array(SIZES), **sides}, outcomes_of_laws)
-    of_stage = StageGrids(grids, origin_of(paths))
-    write_picture(options.docs / f"tolerances-{name}.png", f"{stage.title}: tolerance of each law",
-                  page.maps_of(of_stage), page.OUTCOMES, COLOURS)
-    print(f"\n{name}\n\n{shares_markdown(page.table(of_stage))}", flush=True)
-    return of_stage
+def worst_value(held: Sequence[bool], disturbance: Disturbance) -> str:
+    """Return the worst value up to which every run held; `held` has one for each value."""
+    count = [*held, False].index(False)
+    return "—" if not count else disturbance.text(disturbance.values[count - 1]) + (
+        " and worse" if count == len(held) else "")
+
+
+def rows_of(law: str, held: Sequence[bool]) -> list[tuple[str, ...]]:
+    """Return the rows of a law, one for each step; `held` has the order of the study's samples."""
+    runs = iter(held)
+    return [(NAMES.get(law, law), f"{size:g} mm",
+             *(worst_value([next(runs) for _ in each.values], each) for each in DISTURBANCES)) for size in SIZES]
+
+
+def main() -> None:
+    """Run all studies, and write the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--stage", choices=LAWS)
+    parser.add_argument("--out", type=Path, default=Path("results"))
+    parser.add_argument("--jobs", type=int)
+    options = parser.parse_args()
+    for stage in [options.stage] if options.stage else LAWS:
+        rows = []
+        for law in LAWS[stage]:
+            study = study_of(PACKAGED_STAGES[stage], law, options.out / "tolerances")
+            done = maglev.study(study, out=options.out, jobs=options.jobs, resume=True)
+            rows += rows_of(law, done.to_arrow()["passed"].to_pylist())
+        print(stage, *rows, sep="\n", flush=True)
+        write_part(DOCS, f"tolerances-{stage}", markdown_table(HEADS, rows, len(DISTURBANCES)))
 
 
 if __name__ == "__main__":
-    map_laws(__doc__, page.FILE, page.OUTCOMES, run_stage)
+    main()

@@ -1,14 +1,18 @@
-"""The map of a study's outcomes over two varied quantities, for the script of its page."""
+"""The map of outcomes over the varied quantities of a study, for the script of its page."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 
-from maglev.pages.law_map import Factor, LawMap, Outcomes
+from maglev.files.arrays import Array
 from maglev.pages.sample_commands import command_of, row_options
+from maglev.pages.shell import packed_text
 from maglev.pages.study_text import numbers, units_of
+from maglev.scenario.quantities import shown_in
 
 PASSES, TOUCHED, ASTRAY, TRIPPED, STOPPED, BROKEN = range(6)
 OUTCOMES = ("passes", "passes after it touched a stop", "is beyond a limit", "trips", "ends at a stop",
@@ -16,6 +20,42 @@ OUTCOMES = ("passes", "passes after it touched a stop", "is beyond a limit", "tr
 
 TIMES = ("trip time", "stop contact time")   # columns of the times of a loss; a stage without a trip has no trip time
 LEAST_CELLS = 100   # of a map; fewer have their numbers in them
+
+Outcomes = NDArray[np.uint8]   # indices of `OUTCOMES`
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One varied quantity, along a side of a map or by its layers: its values, and the settings of a run for each."""
+
+    name: str
+    unit: str                          # SI
+    values: Array                      # shape (n,)
+    sets: Mapping[str, NDArray[Any]]   # by the set quantity, shape (n,)
+
+    def shown(self) -> dict[str, Any]:
+        """Return the data for the page's script, with None for a target that is set to the values themselves."""
+        unit, scale = shown_in(self.values.tolist(), self.unit)
+        return {"name": self.name, "unit": unit, "values": self.values.tolist(), "scale": scale, "sets": {
+            target: None if values.dtype != bool and np.array_equal(values, self.values) else values.tolist()
+            for target, values in self.sets.items()}}
+
+
+@dataclass(frozen=True)
+class LawMap:
+    """Outcomes of a law: the first factor upwards, the second to the right, a layer for each value of the others."""
+
+    name: str
+    command: str                     # of a run, without what the factors set
+    factors: Sequence[Factor]
+    cells: Outcomes                  # shape (layers, values of the first, values of the second)
+
+
+def maps_data(maps: Sequence[LawMap], words: Sequence[str]) -> dict[str, Any]:
+    """Return the data to draw maps over the same values, with words for `OUTCOMES`."""
+    return {"factors": [factor.shown() for factor in maps[0].factors], "outcomes": words,
+            "laws": [{"name": law.name, "command": law.command, "packed": packed_text(law.cells.tobytes())}
+                     for law in maps]}
 
 
 def outcomes_of(table: pa.Table) -> Outcomes:

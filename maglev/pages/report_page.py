@@ -2,7 +2,6 @@
 
 import json
 import os
-from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from datetime import UTC, datetime
 from functools import partial
@@ -14,7 +13,7 @@ from urllib.parse import quote
 
 from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.environment import DATE, number_in
-from maglev.pages import claim_table, findings, outcome_maps, shell
+from maglev.pages import claim_table, findings, shell
 from maglev.pages.charts import ShownChart, by_number, shown_charts
 from maglev.pages.figures import Shown, anchor, law_of, moving_runs, read_figures, shown_figures, stage_name
 from maglev.pages.findings import typeset
@@ -35,7 +34,7 @@ read = partial(shell.read, folder=Path(__file__).with_name("report"))
 PIXELS, TOOLS, TIMES, EVENTS = 204, 40, 28, 14
 STYLE = read("plots/plots.css") + read("style.css")   # of pages of results
 PLOT_SCRIPTS = tuple(f"plots/{name}.js" for name in ("series", "plot", "plot_hands", "charts", "plots"))
-SCRIPTS = (*PLOT_SCRIPTS, "plots/map.js", "player.js", "index.js")
+SCRIPTS = (*PLOT_SCRIPTS, "player.js", "index.js")
 PLAYER = '<section id="moving" aria-label="Moving picture"><div id="player"></div></section>'
 TITLE = "Maglev stages: the experiments of the thesis, simulated"   # of more than one run
 ABOUT = """<p>R. B. Owen's thesis <cite>Implementation of High Precision Positioning Systems Using Contactless Magnetic
@@ -60,24 +59,16 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     figures = shown_figures(read_figures(), results)
     shown = by_number(figures, shown_charts(outcomes))
     section = findings.findings_section(outcomes)
-    theirs = [result for result in results if not (result.modified or result.plan.own)]   # the thesis's
     title = f"{results[0].plan.name}: {results[0].plan.title}" if len(results) == 1 else TITLE
-    stages = mapped_stages(theirs)
-    maps = {kind: outcome_maps.of_stages(kind, stages) for kind in (outcome_maps.RANGE, outcome_maps.TOLERANCES)}
-    parts = {"identification": "Identification"} if section else {}
-    parts |= {kind.anchor: kind.heading for kind, of_stages in maps.items() if of_stages}
     drawn = {figure.id: figure_data(figure, judgements, frictionless) for figure in shown}
     films = {run.plan.name: film for run in moving_runs(results) if (film := moving({law_of(run): run}))}
-    data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
-            "moving": films, "maps": {place: outcome_map for kind, of_stages in maps.items()
-                                      for stage, of_stage in of_stages.items()
-                                      for place, outcome_map in outcome_maps.map_data(kind, stage, of_stage).items()}}
+    data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn, "moving": films}
     told = {run.plan.name for run in claim_table.summarised_runs(results, judgements)}
     message = claim_table.run_sentences(results, judgements) + claim_table.message(judgements)
     return shell.page(
         "report", escape(title), message, STYLE + read("claims.css"), read("page.html"),
         heading=escape(title),
-        thesis=ABOUT if theirs else "",
+        thesis="" if all(result.modified or result.plan.own for result in results) else ABOUT,
         stages="".join(f'<option value="{stage.name}">{escape(stage.title)}</option>'
                        for stage in PACKAGED_STAGES.values()),
         message=message, moving=PLAYER if films else "",
@@ -90,26 +81,17 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         command=command_line(results),
         summary=claim_table.claims_summary(results, judgements),
         claims=claim_table.claim_groups(results, judgements, shown, outcomes),
-        links="".join(f'<li><a href="#{part}">{heading}</a></li>' for part, heading in parts.items()),
+        links='<li><a href="#identification">Identification</a></li>' if section else "",
         findings=section,
         figures="\n".join(figure_element(figure, judgements, folder, "without" in drawn[figure.id], told)
                           for figure in shown)
         or f"<p>No {'figure shows these runs' if any(len(run.time) for run in results) else 'run was recorded'}.</p>",
-
-        ranges="".join(outcome_maps.maps_section(kind, of_stages) for kind, of_stages in maps.items()),
         assumptions=read("assumptions.html"),
         descriptions="\n".join(
             f"<dt>{escape(result.plan.name)}: {escape(result.plan.title)}{live_link(result) if live else ''}</dt>"
             f"<dd>{escape(result.plan.description) or 'no description'}</dd>" for result in results),
         data=json_in_html(data),
         scripts=shell.scripts(shell.scene(), *map(read, SCRIPTS)))
-
-
-def mapped_stages(results: Sequence[RunResult]) -> set[str]:
-    """Return the stages whose maps belong to a report: those of which it has most of the package's runs."""
-    whole = Counter(stage_name(name) for name in packaged_runs())
-    here = Counter(stage_name(result.plan.name, result.plan) for result in results)
-    return {stage for stage, count in here.items() if 2 * count > whole[stage]}
 
 
 def page_origin(results: Sequence[RunResult]) -> str:

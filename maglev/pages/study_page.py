@@ -17,10 +17,9 @@ from maglev.files.errors import lacking
 from maglev.many.study_columns import EVENTS
 from maglev.pages import shell
 from maglev.pages.findings import html_table, typeset
-from maglev.pages.law_map import LawMap, maps_data
 from maglev.pages.live_content import NAME as LIVE_PAGE
 from maglev.pages.live_content import live_address
-from maglev.pages.outcome_map import OUTCOMES, map_of
+from maglev.pages.outcome_map import OUTCOMES, LawMap, map_of, maps_data
 from maglev.pages.report_page import STYLE, json_in_html, read
 from maglev.pages.sample_commands import command_of, dataset_run, row_link, settings_of_sample, why_no_replay
 from maglev.pages.study_text import QUANTILES, beyond_limits, counted, limits_text, metrics_of, quantiles, units_of
@@ -30,8 +29,8 @@ from maglev.runs.endings import COMPLETED, cause, severity
 from maglev.scenario.quantities import metric_text, shown_in
 
 own_text = partial(shell.read, folder=Path(__file__).with_name("study"))
-SCRIPTS = ("plots/series.js", "plots/map.js")   # of the report
-OWN = ("study.html", "study.css", "parallel.js", "study.js")
+SERIES = "plots/series.js"   # of the report
+OWN = ("study.html", "study.css", "map.js", "parallel.js", "study.js")
 MOST_DRAWN = 4096   # samples that are drawn: a page of 10⁵ would be as large as its dataset
 MOST_WORST = 10     # samples that are listed
 
@@ -61,7 +60,7 @@ def study_page(table: pa.Table, about: Mapping[str, Any], live: bool = False) ->
         verdict=study_verdict(table, about), where=where(table, about),
         heading="Where it holds, and where it breaks" if 0 < sum(table["passed"].to_pylist()) < count else
                 "What it changes" if count > 1 else "What was run",
-        maps='<div id="maps" data-maps="study"></div>' if mapped else "",
+        maps='<div id="maps"></div>' if mapped else "",
         responses=responses(shown) if metrics or shares else "",
         metrics=quantiles_table(table, about),
         parallel=own_text("parallel.html").rstrip() if metrics else "",
@@ -73,16 +72,16 @@ def study_page(table: pa.Table, about: Mapping[str, Any], live: bool = False) ->
                    + "; ".join(f"{escape(fmu['name'])}: {escape(Path(fmu['file']).name)} ({escape(fmu['kind'])})"
                                for fmu in provenance["fmus"])
                    + "".join(f"; {escape(change)}" for change in provenance["changes"]),
-        data=json_in_html({**shown, **({"maps": {"study": maps_data([mapped], OUTCOMES)}} if mapped else {})}),
-        scripts=shell.scripts(*map(read, SCRIPTS), *own))
+        data=json_in_html({**shown, **({"maps": maps_data([mapped], OUTCOMES)} if mapped else {})}),
+        scripts=shell.scripts(read(SERIES), *own))
 
 
 def write_maps(path: Path, title: str, said: str, maps: Sequence[LawMap], words: Sequence[str] = OUTCOMES) -> None:
     """Write a page of the maps of some laws, side by side, with a sentence about them, and words for `OUTCOMES`."""
     shell.publish(path, shell.page(
         "study", escape(title), escape(said), STYLE + own_text("study.css"), own_text("maps.html"),
-        name=escape(title), said=escape(said), data=json_in_html({"maps": {"study": maps_data(maps, words)}}),
-        scripts=shell.scripts(*map(read, SCRIPTS))))
+        name=escape(title), said=escape(said), data=json_in_html({"maps": maps_data(maps, words)}),
+        scripts=shell.scripts(read(SERIES), own_text("map.js"))))
 
 
 def varies(values: Array) -> bool:

@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 from tiny_study import UNCHANGED
 
 import maglev
 from maglev.many.study_file import load_study
 from maglev.many.study_plan import plan_study
-from maglev.pages.law_map import Outcomes
+from maglev.pages.outcome_map import Factor, LawMap, Outcomes
 from maglev.runs.preparation import prepare
 from maglev.scenario.layers import PACKAGED
 from maglev.scenario.loading import load_plan
-from studies.landing import COMPARED, Where, refined
+from studies.landing import COMPARED, WORDS, Where, refined, write_picture
 
 SCENARIOS, AMPLITUDE = PACKAGED / "landing", "reference.plant.y.force.amplitude"
 
@@ -71,3 +72,20 @@ def test_the_study_can_be_run_with_every_law(law: str, fastest_fmus: Path, tmp_p
     plan = load_plan((path.parent / study.scenario).with_name(f"3dof-{law}.toml"))
     planned = plan_study(study, prepare(plan, fastest_fmus, {}, {}), path.name, tmp_path, UNCHANGED)
     assert len(planned.values) == 17 * 17 * 3
+
+
+def test_a_picture_has_a_map_of_each_law_and_payload(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sides = [Factor(name, unit, np.linspace(0.0, 1.0, count), {}) for name, unit, count in (
+        ("gap", "m", 9), ("speed", "m/s", 17), ("payload", "kg", 2))]
+    cells = (np.arange(2 * 9 * 17) % 3).astype(np.uint8).reshape(2, 9, 17)
+    figures: list[Figure] = []
+    monkeypatch.setattr(Figure, "savefig", lambda figure, path, dpi: figures.append(figure))
+    write_picture(tmp_path / "maps.png", [LawMap(law, "", sides, cells) for law in ("nonlinear", "PID")])
+    figure, = figures
+    assert [axes.get_title() for axes in figure.axes] == ["nonlinear", "PID", "", ""]
+    assert [[label.get_text() for label in axes.get_yticklabels()] for axes in figure.axes[::2]] == [
+        ["0", "250", "500", "750", "1e+03"]] * 2
+    assert [axes.get_ylabel() for axes in figure.axes[::2]] == ["Payload 0 g\ngap, mm", "Payload 1000 g\ngap, mm"]
+    assert [axes.collections[0].get_array().tolist() for axes in figure.axes] == [
+        layer.tolist() for layer in cells for _ in range(2)]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == [*WORDS[:3]]

@@ -244,7 +244,7 @@ function drawAll() {
     const [low, high] = ranges.get(columns.findIndex((column) => column.name === name)) ?? [-Infinity, Infinity];
     return values.map((value) => scale * value >= low && scale * value <= high);
   };
-  mapped.then((maps) => maps.forEach((map) => map.keep(ranges.size ? map.factors.map(kept) : null)));
+  mapped.then((maps) => maps?.keep(ranges.size ? maps.factors.map(kept) : null));
 }
 
 const lines = document.getElementById("parallel");

@@ -14,7 +14,6 @@ import pytest
 from report_tab import DESKTOP, PHONE, Tab, violations, wait_until
 from studied_grid import ABOUT
 
-from maglev.pages.law_map import Factor
 from maglev.pages.outcome_map import (
     ASTRAY,
     BROKEN,
@@ -23,6 +22,7 @@ from maglev.pages.outcome_map import (
     STOPPED,
     TOUCHED,
     TRIPPED,
+    Factor,
     map_of,
     outcomes_of,
 )
@@ -127,11 +127,11 @@ def test_a_place_says_what_became_of_it_and_how_it_is_run(browser, tmp_path: Pat
     for _ in range(2):
         tab.page.keyboard.press("ArrowLeft")
     assert tab.page.inner_text(".place").endswith(f"plant.c 2, plant.a 2: {OUTCOMES[PASSES]}")
-    whole = tab.evaluate("mapped.then(([{ view }]) => view.x[1] - view.x[0])")
+    whole = tab.evaluate("mapped.then(({ view }) => view.x[1] - view.x[0])")
     tab.page.click("[aria-label='zoom in']")
-    assert tab.evaluate("mapped.then(([{ view }]) => view.x[1] - view.x[0])") < whole == 9
+    assert tab.evaluate("mapped.then(({ view }) => view.x[1] - view.x[0])") < whole == 9
     tab.page.click("#maps >> text=all")
-    assert tab.evaluate("mapped.then(([{ view }]) => view.x[1] - view.x[0])") == whole
+    assert tab.evaluate("mapped.then(({ view }) => view.x[1] - view.x[0])") == whole
     tab.page.click("text=Ranges as numbers")
     tab.page.locator("#ranges input").nth(2 * 2).fill("10")
     tab.page.keyboard.press("Tab")
@@ -149,11 +149,15 @@ def test_a_page_has_the_maps_of_laws_side_by_side(browser, tmp_path: Path) -> No
     write_maps(tmp_path / "laws.html", "laws", "From where <each> lands.", [found, found], words)
     text = (tmp_path / "laws.html").read_text(encoding="utf-8")
     data = json.loads(re.search(r'id="data">(.*?)</script>', text).group(1))   # type: ignore[union-attr]
-    cells = gzip.decompress(base64.b64decode(data["maps"]["study"]["laws"][1]["packed"]))
+    cells = gzip.decompress(base64.b64decode(data["maps"]["laws"][1]["packed"]))
     assert [*cells] == found.cells.ravel().tolist()
     assert "From where &lt;each&gt; lands." in text
     tab = Tab(browser, tmp_path / "laws.html")
     wait_until(tab.page, "document.querySelectorAll('.maps figcaption').length === 2")
     share = 100 * np.mean(found.cells[0] == PASSES)
     wait_until(tab.page, f"document.querySelector('.maps figcaption').textContent.includes('lands in {share:.0f} %')")
+    looks = tab.evaluate("""LOOKS.map(([name, ink]) =>
+        [name, ...[...Array(24 * 24).keys()].map((k) => ink(k % 24, Math.floor(k / 24)))].join())""")
+    assert len({*looks}) == len(looks) == len(OUTCOMES)
+    assert len({look.partition(",")[2] for look in looks if not look.startswith("text")}) == 5, "also without colour"
     tab.close()

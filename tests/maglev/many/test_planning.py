@@ -6,13 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tiny_study import planned, scenario, tiny
+from tiny_study import UNCHANGED, planned, scenario, tiny
 
 import maglev
 from maglev.api import studying
 from maglev.files.errors import ScenarioError
 from maglev.many.dataset import samples_schema
 from maglev.many.study_design import require_free
+from maglev.many.study_file import load_study
+from maglev.many.study_plan import plan_study
+from maglev.runs.preparation import prepare
+from maglev.scenario.loading import load_plan
 from maglev.scenario.settings import start_values
 
 Usage = namedtuple("Usage", "total used free")
@@ -126,3 +130,13 @@ def test_values_may_be_of_numpy(tmp_path: Path) -> None:
                               ({"plant.v.mass": [4.0]}, "plant.v.force", "keep = 'plant.v.force': expected a valid")):
         with pytest.raises(ScenarioError, match=words):
             maglev.study(scenario(tmp_path), vary=vary, keep=keep)   # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("stage", ["2dof", "3dof", "5dof"])
+def test_the_operating_range_can_be_studied_with_every_law(stage: str, fastest_fmus: Path, tmp_path: Path) -> None:
+    study, path = load_study(f"range-{stage}")
+    scenarios = sorted((path.parent / study.scenario).parent.glob(f"{stage}-*.toml"))
+    laws = [each for each in scenarios if each.stem != f"{stage}-horizontal"]
+    assert len(laws) == {"2dof": 3, "3dof": 4, "5dof": 3}[stage]
+    for law in laws:
+        plan_study(study, prepare(load_plan(law), fastest_fmus, {}, {}), path.name, tmp_path, UNCHANGED)

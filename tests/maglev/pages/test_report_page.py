@@ -90,7 +90,7 @@ def test_text_is_escaped():
 def test_the_page_of_nothing_says_so():
     page = page_of([])
     assert "No run was recorded." in page.with_id("figures").text
-    assert page.data == {"runs": {}, "figures": {}, "moving": {}, "maps": {}}
+    assert page.data == {"runs": {}, "figures": {}, "moving": {}}
 
 
 def test_a_run_without_axes_and_motors_has_no_figure():

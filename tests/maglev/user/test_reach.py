@@ -100,7 +100,7 @@ def test_what_was_there_stays(fastest_fmus: Path, tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("slow")
 def test_a_study_may_vary_what_is_within_reach(fastest_fmus: Path, tmp_path: Path) -> None:
-    """Its samples are simulated as it asks, as maps of the operating range do; which touch a stop is what it finds."""
+    """Its samples are simulated as it asks; which of them touch a stop is what it finds."""
     path = tmp_path / "short.toml"
     path.write_text(SHORT, encoding="utf-8")
     study = maglev.study(path, vary={"reference.v.start": ["20 mm", "30 mm"]}, fmus=fastest_fmus, out=tmp_path)

@@ -3,12 +3,11 @@
 const MAP = { left: 56, right: 8, top: 6, below: 36, least: 8 };   // px around a map; cells that are seen at least
 // How an outcome looks: its colour, and which pixels are inked, for who does not tell colours apart.
 const LOOKS = [["good", () => 1], ["good", (x, y) => (y % 6 < 2 ? 0.9 : 0.35)], ["close", (x, y) => ((x + y) % 8 < 3 ? 1 : 0.5)],
-  ["bad", (x, y) => ((x - y + 4096) % 8 < 3 ? 1 : 0.5)], ["bad", (x, y) => (x % 8 < 2 && y % 8 < 2 ? 0.9 : 0.25)], ["text", () => 1],
-  ["good", (x, y) => (x % 6 < 3 && y % 6 < 3 ? 0.2 : 1)], ["close", (x) => (x % 6 < 2 ? 0.9 : 0.35)]];
+  ["bad", (x, y) => ((x - y + 4096) % 8 < 3 ? 1 : 0.5)], ["bad", (x, y) => (x % 8 < 2 && y % 8 < 2 ? 0.9 : 0.25)], ["text", () => 1]];
 
 class OutcomeMaps {
-  constructor(place, { factors, laws, outcomes, looks = [0, 1, 2, 3, 4, 5] }) {
-    Object.assign(this, { factors, laws, outcomes, looks, layer: 0, at: null });
+  constructor(place, { factors, laws, outcomes }) {
+    Object.assign(this, { factors, laws, outcomes, layer: 0, at: null });
     [this.rows, this.columns] = factors.map(({ values }) => values.length);
     this.all = { x: [-0.5, this.columns - 0.5], y: [-0.5, this.rows - 0.5] };
     this.view = { ...this.all };
@@ -36,17 +35,12 @@ class OutcomeMaps {
       law.canvas = html("canvas", { tabindex: 0, role: "application" }, figure);
       this.listen(law);
     }
-    this.place = html("p", { class: "place", role: "status" }, place, `Point at a place, or tap it, to see its outcome${laws[0].command ? " and its command" : ""}.`);
-    if (!laws[0].command) return;
+    this.place = html("p", { class: "place", role: "status" }, place, "Point at a place, or tap it, to see its outcome and its command.");
     this.card = html("p", { hidden: "" }, place);
   }
 
   text({ values, scale, unit }, k) {
-    return `${this.label({ values, scale }, k)} ${unit}`.trim();
-  }
-
-  label({ values, scale }, k, digits = 4) {
-    return typeof values[k] === "string" ? values[k] : shortNumber(scale * values[k], digits);
+    return `${shortNumber(scale * values[k], 4)} ${unit}`.trim();
   }
 
   outcome({ cells }, row, column) {
@@ -86,10 +80,8 @@ class OutcomeMaps {
     const became = [law, ...this.laws.filter((each) => each !== law)].map((each) =>
       `${each.name ? `${each.name} ` : ""}${this.outcomes[this.outcome(each, row, column)]}`);
     this.place.textContent = `${where}: ${became.join("; ")}`;
-    if (this.card) {
-      fillCard(this.card, { live: report.card?.live, command: law.command }, this.factors.flatMap(({ sets, values }, k) =>
-        Object.entries(sets).map(([target, given]) => [target, (given ?? values)[levels[k]]])));
-    }
+    fillCard(this.card, { live: report.card?.live, command: law.command }, this.factors.flatMap(({ sets, values }, k) =>
+      Object.entries(sets).map(([target, given]) => [target, (given ?? values)[levels[k]]])));
     this.draw();
   }
 
@@ -168,7 +160,7 @@ class OutcomeMaps {
 
   /** Ink of an outcome over paper at a pixel. */
   paint(data, p, outcome, x, y) {
-    const [colours, ink] = this.inks[this.looks[outcome]], strength = ink(x, y), paper = this.paper ??= rgb("paper");
+    const [colours, ink] = this.inks[outcome], strength = ink(x, y), paper = this.paper ??= rgb("paper");
     for (let c = 0; c < 3; c++) data[4 * p + c] = strength * colours[c] + (1 - strength) * paper[c];
     data[4 * p + 3] = 255;
   }
@@ -221,7 +213,7 @@ class OutcomeMaps {
 
   /** Labels of a side at the middles of their cells (px), as many as have their room. */
   axis(factor, [low, high], length, room) {
-    const cell = length / (high - low), texts = factor.values.map((_, k) => this.label(factor, k, 3));
+    const cell = length / (high - low), texts = factor.values.map((value) => shortNumber(factor.scale * value, 3));
     const every = Math.ceil(Math.max(room, room > 20 ? 7 * Math.max(...texts.map((text) => text.length)) : 0) / cell);
     return texts.map((text, k) => [(k - low) * cell, text]).filter(([place], k) => k % every === 0 && place >= 0 && place <= length);
   }
@@ -245,14 +237,15 @@ function rgb(name) {
   return [1, 3, 5].map((at) => parseInt(colour(name).slice(at, at + 2), 16));
 }
 
-/** The maps of an element, drawn; the cells of a law are packed bytes. */
-async function drawMaps(place) {
-  const data = report.maps[place.dataset.maps];
-  for (const law of data.laws) law.cells = await unpacked(law.packed);
-  const maps = new OutcomeMaps(place, data);
-  new ResizeObserver(() => maps.draw()).observe(place);   // also where it was not to be seen
+/** The maps of the page, drawn, if it has any; the cells of a law are packed bytes. */
+async function drawMaps() {
+  const place = document.getElementById("maps");
+  if (!place) return null;
+  for (const law of report.maps.laws) law.cells = await unpacked(law.packed);
+  const maps = new OutcomeMaps(place, report.maps);
+  new ResizeObserver(() => maps.draw()).observe(place);   // at first, too
   for (const media of ["(prefers-color-scheme: dark)", "print"]) matchMedia(media).addEventListener("change", () => maps.draw());
   return maps;
 }
 
-const mapped = Promise.all([...document.querySelectorAll("[data-maps]")].map(drawMaps));   // for tests, too
+const mapped = drawMaps();   // for tests, too
