@@ -1,7 +1,7 @@
 """Certify the vertical loop of the interpolated regulator over a range of air gaps that move at a bounded rate.
 
     python -m studies.gap_certificate [--rate 0.05] [--decay 0.05]
-    python -m studies.gap_certificate --starts          # steps from rest that the packaged certificate covers
+    python -m studies.gap_certificate --starts          # steps from rest that the committed certificate covers
     python -m studies.gap_certificate --groups 400      # of random runs, in search of one that is lost
 
 Let e = g − r, i°(g) the plant's equilibrium current, i*(g) and β(g) those of the table. The current deviates by
@@ -41,7 +41,6 @@ from controller_fmu.status import INTERPOLATED
 from maglev.analysis.certificate import TOLERANCES, solver
 from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.whole_file import write_whole
-from maglev.scenario.layers import PACKAGED
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.stage_description import StageAxis, StageDescription
 from pmlsm.velocity_rows import GRAVITY
@@ -302,7 +301,7 @@ def run_group(number: int) -> tuple[float, Any]:
     return after, maglev.batch(RUNS, values, set=common, kind="native", metrics=["stop contact time", "end error"])
 
 
-VERTICAL = Loop(PACKAGED / "studies" / "gap_certificate.json", partial(Regulator, DESCRIPTION), vertical, gap_bounds,
+VERTICAL = Loop(Path(__file__).with_suffix(".json"), partial(Regulator, DESCRIPTION), vertical, gap_bounds,
                 (1.0, 1300.0, 0.0, -70.0))
 
 

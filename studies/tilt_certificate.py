@@ -26,7 +26,6 @@ from mpmath import iv
 import maglev
 from controller_fmu.regulator import Regulator
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.scenario.layers import PACKAGED
 from studies.gap_certificate import COILS, GROUP, IRON, Box, Loop, certify_loop, gap_parts, hulls, matrix_of, slopes
 
 DESCRIPTION = PACKAGED_STAGES["5dof"]
@@ -57,7 +56,7 @@ def tilting(regulator: Any, mu: Any, nu: Any, eta: Any, growth: Any, rate: Any) 
     return matrix_of(regulator, DESCRIPTION, ROLL, mu, nu, eta, 0, 0, growth * rate)
 
 
-TILT = Loop(PACKAGED / "studies" / "tilt_certificate.json", partial(Regulator, DESCRIPTION), tilting, bounds,
+TILT = Loop(Path(__file__).with_suffix(".json"), partial(Regulator, DESCRIPTION), tilting, bounds,
             (1.0, 900.0, -900.0, -70.0))
 
 
