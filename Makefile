@@ -16,19 +16,12 @@ UV = UV_DEFAULT_INDEX="$${UV_DEFAULT_INDEX:-$${PIP_INDEX_URL:-$$($(PIP) config g
 what = $(subst +,$(comma),$(1))
 install = { $(UV) $(what) 2> /dev/null || $(PIP) install --quiet --disable-pip-version-check --no-compile $(what); }
 
-.PHONY: demo generate report live claims estimation docs check check-all check-built test tests thorough quick build native lint bench \
-	pages pace mutants mutants-tool coverage claims-check lock release clean
+.PHONY: demo generate claims estimation docs check check-all check-built test tests thorough quick build native lint bench \
+	pages mutants mutants-tool coverage claims-check lock release clean
 
 # A run builds the FMUs that it needs, and no others.
 demo: .venv/.demo
 	$(BIN)/maglev report 3dof-setpoints-improved
-
-report: .venv/.demo
-	$(BIN)/maglev report
-
-# The stages in a browser, from the C of the FMUs as WebAssembly.
-live: .venv/.test
-	$(BIN)/maglev live
 
 claims: .venv/.demo
 	$(BIN)/maglev run --all
@@ -140,10 +133,6 @@ pages: .venv/.test
 		--kind native --fmus .venv/fmus --out results
 	$(BIN)/maglev study payload-friction --kind native --fmus .venv/fmus --out results
 	@echo $(CURDIR)/results/index.html
-
-# Measure how fast pages draw, on a quiet machine.
-pace: pages
-	$(BIN)/python tools/pages/pace.py
 
 # Mutants that `maglev check` does not notice: one line of the blocks changed at a time. It takes half an hour.
 mutants: .venv/.test
