@@ -29,6 +29,7 @@ from pmlsm.stage_description import StageAxis
 HIGHEST_SPEED = 10.0   # m/s, more than twice what the amplifiers' peak current reaches between the stops
 
 ACTIONS = ("dq", "phases")
+RESET_OPTIONS = ("parameters", "measurement")
 MOST_SEEDS = 2**32     # of a measurement
 
 
@@ -305,10 +306,11 @@ def positions(measuring: Array | None, encoders: Array) -> Sequence[Array]:
 
 
 def settings_of(options: Mapping[str, Any]) -> dict[str, dict[str, Setting]]:
-    """Return the settings of a reset by their part; parameters of the plant may also stand by themselves, as before."""
-    by_part: dict[str, dict[str, Setting]] = {part: {**options.get(part, {})} for part in ("parameters", "measurement")}
-    by_part["parameters"] |= {name: value for name, value in options.items() if name not in by_part}
-    return by_part
+    """Return the settings of a reset by their part; ScenarioError if the options have something else."""
+    for name in options:
+        if name not in RESET_OPTIONS:
+            raise ScenarioError(f"options of reset: {name!r}, expected {' or '.join(RESET_OPTIONS)}")
+    return {part: {**options.get(part, {})} for part in RESET_OPTIONS}
 
 
 def whole_samples(sample_time: float | str | None, own: float) -> int:

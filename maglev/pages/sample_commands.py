@@ -5,40 +5,29 @@ from collections.abc import Mapping
 from typing import Any
 
 from maglev.descriptions.own_fmus import DEFINITIONS, definition
-from maglev.files.errors import ScenarioError
 from maglev.pages.live_content import can_run_live, live_address
 from maglev.scenario.layers import scenario_of
 from maglev.scenario.loading import load_plan
 from maglev.scenario.options import OPTIONS
 
 
-def dataset_run(about: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the run of a dataset; ScenarioError for a version that has only its words."""
-    run = about["run"]
-    if not isinstance(run, Mapping):
-        raise ScenarioError(f"{about['name']}: run = {shlex.join(run)!r} of an earlier version, expected a dataset of "
-                            "this one: run the study again")
-    options = dict(run["options"])
-    return {**run, "options": options | ({"kind": "native"} if options.pop("native", False) else {})}
-
-
 def settings_of_sample(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings of a row of the dataset: values, SI, by `fmu.variable` or reference."""
     columns = {target: parameter["name"] for parameter in about["vary"] for target in parameter["set"]}
-    return {**dataset_run(about)["set"], **{target: row[target] if target in row else row[columns[target]]
-                                      for target in about["targets"]}}
+    return {**about["run"]["set"],
+            **{target: row[target if target in row else columns[target]] for target in about["targets"]}}
 
 
 def row_options(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
     """Arguments of `maglev.run` for a row of the dataset."""
-    run = dataset_run(about)
+    run = about["run"]
     options = {key: int(value) if key == "fmi" else value for key, value in run["options"].items()}
     return {"name": run["scenario"], **options, "set": settings_of_sample(about, row)}
 
 
 def command_of(about: Mapping[str, Any], row: Mapping[str, Any] | None) -> str:
     """Return the command for a row of the dataset, with the same bits; without a row, with the settings of all."""
-    run = dataset_run(about)
+    run = about["run"]
     words = ["maglev", "run", run["scenario"]]
     for key, value in run["options"].items():
         words += [OPTIONS[key].flag] if value is True else [OPTIONS[key].flag, value]
@@ -49,7 +38,7 @@ def command_of(about: Mapping[str, Any], row: Mapping[str, Any] | None) -> str:
 
 def why_no_replay(about: Mapping[str, Any]) -> str:
     """Return why the live page cannot run the samples of a study in the same way; empty if it can."""
-    name, run = about["scenario"], dataset_run(about)
+    name, run = about["scenario"], about["run"]
     if run["scenario"] != name or scenario_of(name) is None:
         return f"it has the packaged runs only, not {name}"
     plan = load_plan(name)

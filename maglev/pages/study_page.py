@@ -21,7 +21,7 @@ from maglev.pages.live_content import NAME as LIVE_PAGE
 from maglev.pages.live_content import live_address
 from maglev.pages.outcome_map import OUTCOMES, LawMap, map_of, maps_data
 from maglev.pages.report_page import STYLE, json_in_html, read
-from maglev.pages.sample_commands import command_of, dataset_run, row_link, settings_of_sample, why_no_replay
+from maglev.pages.sample_commands import command_of, row_link, settings_of_sample, why_no_replay
 from maglev.pages.study_text import QUANTILES, beyond_limits, counted, limits_text, metrics_of, quantiles, units_of
 from maglev.pages.study_verdict import answer, decisive_metric, question, study_verdict, telling, where
 from maglev.pages.varied import varied_of
@@ -143,7 +143,7 @@ def card_data(table: pa.Table, about: Mapping[str, Any], drawn: np.ndarray[Any, 
               live: bool) -> dict[str, Any]:
     """Return what runs a sample again: the command, the address in the live page, and the values that it sets, SI."""
     rows = [settings_of_sample(about, row) for row in table.take(pa.array(drawn)).to_pylist()]
-    fixed = {target: value for target, value in dataset_run(about)["set"].items() if target not in about["targets"]}
+    fixed = {target: value for target, value in about["run"]["set"].items() if target not in about["targets"]}
     linked = live and not why_no_replay(about)
     columns: dict[tuple[float | bool, ...], list[str]] = {}   # what is set to the same values
     for target in about["targets"]:

@@ -27,7 +27,7 @@ def about(options: dict[str, Any] | None = None, given: dict[str, Any] | None = 
 
 
 def test_a_link_has_the_bits_of_the_sample() -> None:
-    said = about({"native": True}, {"plant.x.mass": 11.0, "controller.antiwindup": False})
+    said = about({"kind": "native"}, {"plant.x.mass": 11.0, "controller.antiwindup": False})
     assert why_no_replay(said) == ""
     address = row_link(said, {"payload": MASS})
     file, _, fragment = address.partition("#")
@@ -53,7 +53,7 @@ def test_a_command_names_the_scenario_without_a_way_round(tmp_path: Path, monkey
     (about(targets=("reference.y.amplitude",)), "the samples differ in reference.y.amplitude"),
     (about(targets=("plant.y.force",)), "the samples differ in plant.y.force"),
     (about({"step": "0.1ms"}), "this study ran with --step"),
-    (about({"native": True, "controller": "mine.fmu"}), "this study ran with --controller"),
+    (about({"kind": "native", "controller": "mine.fmu"}), "this study ran with --controller"),
     (about(given={"reference.y.amplitude": 1.0}), "the samples differ in reference.y.amplitude"),
     (about(scenario="2dof-identification-rig"), "it does not have 2dof-identification-rig"),
     (about(scenario="mine.toml"), "not mine.toml")])

@@ -84,7 +84,7 @@ def test_ends_at_a_stop(make: Make, stage: str) -> None:
     env = make(stage)
     for start in (0.5, 0.9):
         low, high = env.lowest[column], env.highest[column]
-        env.reset(options={f"{of.vertical.name}.position_start": low + start * (high - low)})
+        env.reset(options={"parameters": {f"{of.vertical.name}.position_start": low + start * (high - low)}})
         terminated = truncated = False
         while not terminated:
             observation, reward, terminated, truncated, _ = env.step(np.zeros(env.action_space.shape))
@@ -187,7 +187,7 @@ def test_every_option_acts(make: Make, name: str) -> None:
     changed = simulated(env, actions)
     assert not same_bits(plain, changed)
     other = make("3dof", reference=[[25e-3, 0.0, 0.0]], **base)
-    assert same_bits(changed, simulated(other, actions, options={name: OPTIONS[name]}))
+    assert same_bits(changed, simulated(other, actions, options={"parameters": {name: OPTIONS[name]}}))
     assert same_bits(plain, simulated(other, actions)), "options of an episode are for that one alone"
 
 
@@ -263,9 +263,11 @@ def test_refused_options(make: Make, options: dict[str, Any], error: type[Maglev
 def test_refused_in_an_episode(make: Make) -> None:
     env = make("3dof")
     with pytest.raises(ScenarioError, match="where the environment is made"):
-        env.reset(options={"y.stop.upper": 0.04})
+        env.reset(options={"parameters": {"y.stop.upper": 0.04}})
     with pytest.raises(FmuError, match="expected a place between the stops"):
-        env.reset(options={"y.position_start": 0.04})
+        env.reset(options={"parameters": {"y.position_start": 0.04}})
+    with pytest.raises(ScenarioError, match=r"options of reset: 'y\.mass', expected parameters or measurement"):
+        env.reset(options={"y.mass": 7.0})
     env.reset()
 
 
