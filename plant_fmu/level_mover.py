@@ -102,8 +102,11 @@ class LevelMover:
                 ratio.thrust * sharing * axis.nominal_mass * magnetics.thrust[motor.axis - 1] * strength * f1,
                 ratio.coils * coils * f3, ratio.iron * iron * f4)
 
+    def start(self) -> None:
+        """Start again: there is nothing to do, nor in most methods below; see `TiltingMover`."""
+
     def begin(self, axes: list[Axis]) -> None:
-        """Begin an integration step: there is nothing to do, nor in most methods below; see `TiltingMover`."""
+        """Begin an integration step."""
 
     def resume(self, axes: list[Axis]) -> None:
         """Begin to compute rates."""

@@ -2,7 +2,7 @@
 
 from plant_fmu.axis import Axis
 from plant_fmu.end_stop import EndStop
-from pmlsm.gap_functions import gap_functions
+from pmlsm.gap_functions import GapEffect
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.stage_description import Stop
 from pmlsm.velocity_rows import normal_terms, thrust_term
@@ -21,6 +21,7 @@ class MotorMount:
         self.stop = EndStop(stop.lower, stop.upper)
         self.stop.stiffness = stop.stiffness
         self.stop.damping = stop.damping
+        self.effect = GapEffect()
         self.gap = 0.0             # g, m, output
         self.gap_encoder = 0.0     # m, output
         self.gap_rate = 0.0        # m/s
@@ -48,6 +49,10 @@ class MotorMount:
         """Second derivative of the gap, m/s², at the last integration point."""
         return y.acceleration - self.z * roll.acceleration + self.x * pitch.acceleration
 
+    def start(self) -> None:
+        """Start again, with a geometry that may have changed."""
+        self.effect.forget()
+
     def begin(self) -> None:
         """Begin an integration step."""
         self.stop.engage(self.gap)
@@ -55,6 +60,7 @@ class MotorMount:
     def resume(self) -> None:
         """Begin to compute the rates at the present point of a continuous model."""
         self.stop.resume(self.gap)
+        self.effect.forget()
 
     def settle(self) -> bool:
         """Take in an event of a continuous model; return True if the gap is at a stop."""
@@ -73,11 +79,12 @@ class MotorMount:
             Constants of the motor's rows as forces: N/A, N/T², N/(A T), N/A²; the attraction as it is at this place
             along the slots.
         """
-        f1, f2, f3, f4 = gap_functions(geometry, self.gap)
-        by_attraction, by_coils, by_iron = normal_terms(attraction, coils, iron, f2, f3, f4, i_d,
+        effect = self.effect
+        effect.follow(geometry, self.gap)
+        by_attraction, by_coils, by_iron = normal_terms(attraction, coils, iron, effect.f2, effect.f3, effect.f4, i_d,
                                                         i_q * i_q + i_d * i_d)
         self.normal = by_iron + by_coils + by_attraction + self.stop.force(self.gap, self.gap_rate)
-        self.thrust = thrust_term(thrust, f1, i_q)
+        self.thrust = thrust_term(thrust, effect.f1, i_q)
 
     def roll_torque(self) -> float:
         """Torque of the normal force about x, N m."""

@@ -60,6 +60,7 @@ class Stage:
             return self.stops + NO_SEED
         for axis, track in zip(self.axes, self.tracks, strict=True):
             axis.start(seed, track)
+        self.mover.start()
         self.place_motors()
         for k, number in enumerate(self.stopped):
             if self.axes[number].beyond_stop():
@@ -93,11 +94,10 @@ class Stage:
 
     def integrate(self, dt: float) -> bool:
         """Move over one integration step dt (s); False where the mover has run away."""
-        bus = self.bus_voltage
-        if bus > 0.0:
+        if self.bus_voltage > 0.0:
             self.mover.induce(self.axes, self.motors, self.magnetics, 0.5 * dt)
         for motor in self.motors:
-            motor.advance(dt, bus)
+            motor.advance(dt, self.bus_voltage)
         self.mover.begin(self.axes)
         for axis in self.axes:
             axis.begin()

@@ -135,6 +135,11 @@ class TiltingMover:
         if self.pitch != self.roll:
             axes[self.pitch].payload = payload.pitch_inertia()
 
+    def start(self) -> None:
+        """Start again, with geometries that may have changed."""
+        for mount in self.mounts:
+            mount.start()
+
     def begin(self, axes: list[Axis]) -> None:
         """Begin an integration step."""
         self.load(axes)

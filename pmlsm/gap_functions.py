@@ -1,5 +1,7 @@
 """Effect of the air gap on the motor's forces: permeance, Carter's coefficient, shape functions."""
 
+from math import nan
+
 from pmlsm.arctangent import arctangent_integral
 from pmlsm.exponential import exponential_minus_one
 from pmlsm.motor_geometry import MotorGeometry
@@ -42,3 +44,24 @@ def gap_functions(motor: MotorGeometry, gap: float) -> tuple[float, float, float
             permeance * b * b,
             permeance * b * coth_over_carter,
             permeance * coth_over_carter * coth_over_carter)
+
+
+class GapEffect:
+    """Shape functions f1 … f4 at the air gap of a motor."""
+
+    def __init__(self) -> None:
+        self.f1 = 0.0
+        self.f2 = 0.0
+        self.f3 = 0.0
+        self.f4 = 0.0
+        self.gap = nan   # m, to which they belong
+
+    def follow(self, motor: MotorGeometry, gap: float) -> None:
+        """Go to an air gap (m), where it may be already: a step begins where the one before has ended."""
+        if gap != self.gap:
+            self.f1, self.f2, self.f3, self.f4 = gap_functions(motor, gap)
+            self.gap = gap
+
+    def forget(self) -> None:
+        """Start again, with a geometry that may have changed."""
+        self.gap = nan

@@ -97,6 +97,7 @@ def at_rest(stage: StageDescription, block: Any, positions: Mapping[str, float])
         axis.position, axis.friction.coulomb, axis.roughness.rms = position, 0.0, 0.0
         axis.flexible = axis.mode.start()
     block.derive()
+    block.mover.start()   # what it keeps for a gap has no derivative
     return block
 
 
