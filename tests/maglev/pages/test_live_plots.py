@@ -24,10 +24,16 @@ INK = """(p) => { const layer = plots.live.layers[p], { across } = plots.live.ha
     return !layer.hidden && data.some((part, k) => k % 4 === 3 && part > 0); }"""
 
 
+def wait_for_ink(tab: Tab) -> None:
+    """While a stage runs, a slow machine draws after the time that it has reached."""
+    for p in range(5):
+        wait_until(tab.page, f"({INK})({p})")
+
+
 def test_plots_read_off_what_ran_are_held_and_go_on(browser, page: Path) -> None:
     tab = Tab(browser, page, WIDE, f"#run={HOMES[0]}&ghost=PID3DOF")
     wait_until(tab.page, "maglevLive.frame?.time > 2 && plots.live.rolling")
-    assert all(tab.evaluate(INK, p) for p in range(5))
+    wait_for_ink(tab)
     panel = tab.page.locator("#strips .panel-plot").nth(1)
     panel.scroll_into_view_if_needed()
     box = panel.bounding_box()
@@ -54,8 +60,7 @@ def test_plots_read_off_what_ran_are_held_and_go_on(browser, page: Path) -> None
     assert {"i_d alpha nonlinear", "i_d alpha PID"} <= {row["line"] for row in rows}
     tab.page.click(".tools button[title='follow what runs']")
     wait_until(tab.page, f"plots.live.rolling && plots.live.views[0].high > {held[1]}")
-    for p in range(5):   # while it runs, a slow machine draws after the time that it has reached
-        wait_until(tab.page, f"({INK})({p})")
+    wait_for_ink(tab)
     tab.page.click("#play")
     wait_until(tab.page, "!plots.live.rolling")
     panel.press("0")
