@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 
 from maglev.api.checking import update
-from maglev.descriptions.packaged import EXAMPLE
+from maglev.descriptions import EXAMPLE
 from maglev.descriptions.registry import known_stages
 from maglev.descriptions.writer import render
 from maglev.files.errors import BaselineError, StageError

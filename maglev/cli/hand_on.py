@@ -9,8 +9,6 @@ import maglev
 from maglev.cli.help_text import Group
 from maglev.cli.options import Debug, StageFile, run_names, with_run_options
 from maglev.cli.terminal import one_line_errors, progress_of
-from maglev.files import cache as kept
-from maglev.files.units import number_or_text
 
 ControllerName = Annotated[str, typer.Argument(metavar="CONTROLLER", show_default=False,
                                                help="A controller, or a Python file with one.")]
@@ -48,6 +46,8 @@ def target(controller: ControllerName, run: OnRun = None, stage: StageFile = Non
         maglev target RegulatorMine --stage mine.toml --run mine-setpoints.toml
     """
     with one_line_errors(debug):
+        from maglev.files.units import number_or_text
+
         made = maglev.target(controller, run, stage=stage, out=out, clock=number_or_text(clock), cycles=cycles,
                              watch=progress_of, **options)
         typer.echo(made.report if made.report is not None else f"{controller}: {made.left_out}\n", nl=False)
@@ -104,6 +104,8 @@ def cache(clear: Annotated[bool, typer.Option("--clear", help="Remove all; runs 
         maglev cache --clear
     """
     with one_line_errors(debug):
+        from maglev.files import cache as kept
+
         sizes = kept.sizes()
         if clear:
             kept.clear()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 import maglev
-from maglev.cli.options import MORE, STAGE_NAMES, Debug, Out, pairs
+from maglev.cli.options import ANY_STAGE, MORE, Debug, Out, pairs
 from maglev.cli.terminal import one_line_errors, report_console
 from maglev.files.errors import IdentificationError
 from maglev.identification.settings import EPSILON, GAMMA
@@ -24,7 +24,7 @@ ERRORS = ("The standard error is the scatter between recordings. The bias is the
 
 Data = Annotated[Path, typer.Argument(metavar="DATA.csv", help="The recording.", show_default=False)]
 StageName = Annotated[str | None, typer.Option(
-    "--stage", metavar="STAGE", help=f"{STAGE_NAMES}, or a TOML file.", show_default=False)]
+    "--stage", metavar="STAGE", help=ANY_STAGE, show_default=False)]
 Method = Annotated[str, typer.Option(metavar="METHOD", help="`reduced`, `full` or `fsdi`.")]
 Epsilon = Annotated[str, typer.Option(metavar="TIME", help="Confidence level ε.", rich_help_panel=MORE)]
 Gamma = Annotated[float, typer.Option(metavar="X", help="Attenuation γ, above 1.", rich_help_panel=MORE)]

@@ -10,7 +10,6 @@ import typer
 import maglev
 from maglev.cli.options import Built, Debug, StageFile
 from maglev.cli.terminal import one_line_errors, report_console
-from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -85,6 +84,7 @@ def run_table(runs: Sequence["RunEntry"]) -> "ResultTable":
 
 def kind_table(entries: Sequence["FmuEntry"], fmus: Path) -> "ResultTable":
     """A row for each kind of FMU, with whether that of each stage is built."""
+    from maglev.descriptions.packaged import PACKAGED_STAGES
     from maglev.files.console import ResultTable
 
     suffixes = {stage.suffix: stage.name for stage in PACKAGED_STAGES.values()}

@@ -8,14 +8,14 @@ import typer
 
 import maglev
 from maglev.cli.help_text import Group
-from maglev.cli.options import STAGE_NAMES, AsJson, Debug, run_names
+from maglev.cli.options import ANY_STAGE, AsJson, Debug, run_names
 from maglev.cli.terminal import one_line_errors, progress_of, say, write_json
-from maglev.descriptions.packaged import EXAMPLE, PACKAGED_STAGES
+from maglev.descriptions import EXAMPLE
 from maglev.files.errors import visible
 
 PythonFile = Annotated[Path, typer.Argument(metavar="NAME", help="File NAME.py to write.")]
 TomlFile = Annotated[Path, typer.Argument(metavar="NAME", help="File NAME.toml to write.")]
-OfStage = Annotated[str, typer.Option(metavar="STAGE", help=f"{STAGE_NAMES}, or a TOML file.")]
+OfStage = Annotated[str, typer.Option(metavar="STAGE", help=ANY_STAGE)]
 OfScenario = Annotated[str, typer.Option(metavar="SCENARIO", help="A run, or a TOML file.",
                                          autocompletion=run_names)]
 
@@ -127,7 +127,7 @@ def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="Fold
 def stage_file(path: Annotated[Path, typer.Argument(
                    metavar="NAME", help="File NAME.toml: lower-case letters, digits.")],
                like: Annotated[str | None, typer.Option(
-                   metavar="STAGE", help=f"Copy the axes of {', '.join(PACKAGED_STAGES)} or side-by-side.",
+                   metavar="STAGE", help="Stage to copy, such as `2dof`, or `side-by-side`.",
                    show_default=False)] = None,
                motor: Annotated[list[str] | None, typer.Option(
                    metavar="SIZE|KEY=VALUE", help="Motor from a catalogue or data sheet. Repeatable.",

@@ -7,15 +7,13 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from maglev.descriptions.packaged import PACKAGED_STAGES
+from maglev.descriptions import EXAMPLE
 from maglev.files.errors import MaglevError, ScenarioError
-from maglev.files.units import number_or_text
-from maglev.scenario.options import OPTIONS, Format, with_options
+from maglev.scenario.options import OPTIONS, Format, Option, with_options
 
-STAGE_NAMES = " or ".join(f"`{name}`" for name in PACKAGED_STAGES)
 VALUE = "a name, = and a value with its unit, such as y=25mm"
 MORE = "More"   # group in the help
-AXIS_NAMES = ", or ".join(", ".join(f"`{axis}`" for axis in stage.axis_names) for stage in PACKAGED_STAGES.values())
+ANY_STAGE = f"Name of a stage, such as `{EXAMPLE}`, or a TOML file."   # help of an option
 
 
 def run_names(beginning: str) -> list[str]:
@@ -50,12 +48,24 @@ Jobs = Annotated[int | None, typer.Option(
     rich_help_panel=MORE)]
 
 
+def typed(option: Option) -> Any:
+    """Return the type by which typer reads an option, and its help."""
+    numbers = {} if option.typed is not int else {"min": option.choices[0], "max": option.choices[-1]}
+    kind = option.typed if option.default is not None else option.typed | None
+    return Annotated[kind, typer.Option(
+        option.flag, help=option.help, metavar=option.metavar, rich_help_panel=option.group or None,
+        show_default=option.default is not None, **numbers)]
+
+
+# Options of runs, by name: what typer reads, and the default.
+RUN_OPTIONS = {name: (typed(option), option.default) for name, option in OPTIONS.items()}
+
 Command = Callable[..., None]
 
 
 def with_run_options(names: Iterable[str]) -> Callable[[Command], Command]:
     """Give a command some options of runs, after its own, instead of `**options`."""
-    return with_more({name: (typed(name), OPTIONS[name].default) for name in OPTIONS if name in {*names}})
+    return with_more({name: option for name, option in RUN_OPTIONS.items() if name in {*names}})
 
 
 def with_more(options: Mapping[str, tuple[Any, object]]) -> Callable[[Command], Command]:
@@ -64,16 +74,6 @@ def with_more(options: Mapping[str, tuple[Any, object]]) -> Callable[[Command], 
         command.__signature__ = with_options(signature(command), options)   # type: ignore[attr-defined]  # typer's
         return command
     return extended
-
-
-def typed(name: str) -> Any:
-    """Return the type by which typer reads an option, and its help."""
-    option = OPTIONS[name]
-    numbers = {} if option.typed is not int else {"min": option.choices[0], "max": option.choices[-1]}
-    kind = option.typed if option.default is not None else option.typed | None
-    return Annotated[kind, typer.Option(
-        option.flag, help=option.help, metavar=option.metavar, rich_help_panel=option.group or None,
-        show_default=option.default is not None, **numbers)]
 
 
 def pairs(flag: str, words: Iterable[str] | None, expected: str, error: type[MaglevError] = ScenarioError
@@ -88,4 +88,6 @@ def pairs(flag: str, words: Iterable[str] | None, expected: str, error: type[Mag
 
 def option_value(text: str) -> float | str | bool:
     """Return a value of an option: true, false, a number, or a quantity with its unit."""
+    from maglev.files.units import number_or_text
+
     return text == "true" if text in ("true", "false") else number_or_text(text)

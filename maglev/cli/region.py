@@ -7,9 +7,8 @@ import typer
 
 import maglev
 from maglev.cli.options import (
-    AXIS_NAMES,
+    ANY_STAGE,
     MORE,
-    STAGE_NAMES,
     VALUE,
     AsJson,
     Debug,
@@ -20,12 +19,10 @@ from maglev.cli.options import (
 )
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.files.errors import LinearModelError
-from maglev.files.pictures import require_matplotlib, write_figure
-from maglev.files.units import number_or_text
 from maglev.scenario.options import FmuOptions
 
-StageName = Annotated[str, typer.Argument(metavar="STAGE", help=f"{STAGE_NAMES}, or a TOML file.", show_default=False)]
-Axis = Annotated[str, typer.Argument(metavar="AXIS", help=f"{AXIS_NAMES}.", show_default=False)]
+StageName = Annotated[str, typer.Argument(metavar="STAGE", help=ANY_STAGE, show_default=False)]
+Axis = Annotated[str, typer.Argument(metavar="AXIS", help="An axis of the stage, such as `x`.", show_default=False)]
 Gap = Annotated[str, typer.Option(metavar="LENGTH", help="Air gap, in m or with a unit.", show_default=False)]
 Regulator = Annotated[str | None, typer.Option(metavar="NAME", help="Output regulator; default: the nonlinear one.",
                                                show_default=False)]
@@ -61,6 +58,9 @@ def region(stage: StageName, axis: Axis, gap: Gap, controller: Regulator = None,
         maglev region 3dof z --gap 25mm --set controller.z.ec1=2e-4 --step 20mm
     """
     with one_line_errors(debug):
+        from maglev.files.pictures import require_matplotlib, write_figure
+        from maglev.files.units import number_or_text
+
         if plot:
             require_matplotlib()
         given = {name: option_value(text) for name, text in pairs("--set", settings, VALUE, LinearModelError)}

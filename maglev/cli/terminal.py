@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 import typer
 
 import maglev
-from maglev.files.environment import require_numbers
 from maglev.files.errors import FAILURES, ended_by, in_one_line, signal_of, visible
 from maglev.files.interrupts import termination_like_interrupt
-from maglev.files.whole_file import write_whole
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -62,6 +60,8 @@ def warn_line(message: Warning | str, category: type[Warning], filename: str, li
 
 def require_environment() -> None:
     """Refuse an environment variable that is no number, before the import that reads it."""
+    from maglev.files.environment import require_numbers
+
     try:
         require_numbers()
     except ValueError as error:
@@ -142,6 +142,8 @@ def print_json(data: object) -> None:
 
 def write_json(path: Path, data: object) -> None:
     """Write data as JSON, infinite numbers as Python has them, and print where."""
+    from maglev.files.whole_file import write_whole
+
     write_whole(path, dumps(data, indent=1, ensure_ascii=False) + "\n")
     typer.echo(f"results: {path}")
 

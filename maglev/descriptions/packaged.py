@@ -11,8 +11,6 @@ PACKAGED_STAGES: dict[str, StageDescription] = {path.stem: Reader(path).read(Sta
                         for path in sorted(PACKAGED.glob("*.toml"))}
 # what one with a user's motor begins with
 SINGLE = next(name for name, stage in PACKAGED_STAGES.items() if len(stage.motors) == 1)
-# stage of files that are for any stage, if none is named
-EXAMPLE = next(name for name, stage in PACKAGED_STAGES.items() if len(stage.motors) > 1)
 
 
 def best_stage(models: Iterable[str], axes: Collection[str]) -> StageDescription | None:

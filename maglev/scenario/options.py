@@ -1,15 +1,13 @@
 """Options of runs, as one record for the command line, signatures, repeated samples of a study, and live links."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeAlias, TypedDict, TypeVar, cast, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, ParamSpec, TypedDict, TypeVar, cast, get_args
 
 from maglev.cosim import Order
 from maglev.files.errors import ScenarioError, nearest, one_of, option
-from maglev.files.units import positive_time
 
 if TYPE_CHECKING:
     from maglev.scenario.settings import Settings
@@ -17,7 +15,7 @@ if TYPE_CHECKING:
 
 Format = Literal["csv", "parquet"]       # in which the columns of a run are written
 KindName = Literal["python", "native"]   # of FMUs of this project, whose results have the same bits
-ParameterFiles: TypeAlias = str | Path | Mapping[str, str | Path] | Iterable[str | Path] | None
+ParameterFiles = str | Path | Mapping[str, str | Path] | Iterable[str | Path] | None
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -25,8 +23,7 @@ T = TypeVar("T")
 REPLACED, NUMERICS, FMUS = "The stage and its controller", "Time and order", "FMUs"   # groups in the help
 
 
-@dataclass(frozen=True)
-class Option:
+class Option(NamedTuple):
     """An option of runs, on the command line and in Python."""
 
     flag: str                         # on the command line
@@ -131,6 +128,8 @@ def completed_options(options: SomeOptions) -> RunOptions:
 
 def seconds(name: str, value: float | str | None) -> float | None:
     """Return the value (s) of an option that is a time: a number, or text with a unit."""
+    from maglev.files.units import positive_time
+
     return None if value is None else positive_time(value, ScenarioError, option(name, value))
 
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from maglev.descriptions.packaged import EXAMPLE
+from maglev.descriptions import EXAMPLE
 from maglev.descriptions.writer import written_class
 from maglev.files.errors import ControllerError, StageError, option
 from maglev.user.adoption import stage_named

@@ -4,8 +4,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from maglev.descriptions import EXAMPLE
 from maglev.descriptions.data_sheet import Catalogue, Field
-from maglev.descriptions.packaged import EXAMPLE, PACKAGED_STAGES, SINGLE
+from maglev.descriptions.packaged import PACKAGED_STAGES, SINGLE
 from maglev.descriptions.registry import known_stages
 from maglev.descriptions.writer import render
 from maglev.files.errors import MaglevError, StageError, one_of, option

@@ -5,9 +5,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from maglev.descriptions import EXAMPLE
 from maglev.descriptions.data_sheet import Catalogue, Field, catalogue_constants, field_geometry, twelve_digits
 from maglev.descriptions.description_file import Reader
-from maglev.descriptions.packaged import EXAMPLE, PACKAGED_STAGES
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import StageError, one_of
 from maglev.files.toml_file import read_toml, toml_text
 from maglev.user.gain_design import axis_design, designed_rates, gains_of_poles, unstable_rate, wanted_sample_time

@@ -68,7 +68,7 @@ def test_first_page_names_every_command_in_one_line() -> None:
 
 
 def test_help_imports_little() -> None:
-    """The command line itself, and what that cannot do without: neither NumPy nor parts of rich."""
+    """The command line, with options and errors: no description of a stage, neither NumPy nor parts of rich."""
     code = ("import sys\nbefore = set(sys.modules)\nfrom maglev.__main__ import main\nsys.argv = ['maglev', '--help']\n"
             "try:\n    main()\nfinally:\n    print(*sorted(set(sys.modules) - before), file=sys.stderr)")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -77,3 +77,7 @@ def test_help_imports_little() -> None:
     assert {name.split(".")[0] for name in imported} - sys.stdlib_module_names <= {
         *PACKAGES, "typer", "click", "shellingham", "typing_extensions", "annotated_doc", "rich", "colorama"}
     assert not [name for name in imported if name.startswith("rich.")]
+    ours = [name for name in sorted(imported) if name.count(".") == 2 and name.startswith("maglev.")]
+    assert [name for name in ours if not name.startswith("maglev.cli.")] == [
+        "maglev.files.errors", "maglev.files.interrupts", "maglev.files.packages", "maglev.identification.settings",
+        "maglev.scenario.options"]
