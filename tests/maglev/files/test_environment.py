@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from messages import raises
 
 from maglev.files.environment import DATE, MOST_UNPACKED, NUMBERS, number_in
 
@@ -13,9 +14,8 @@ from maglev.files.environment import DATE, MOST_UNPACKED, NUMBERS, number_in
 @pytest.mark.parametrize("text", ["1e9", "-1", " 1", "0x10", "9" * 5000, "٣", "²", "many"])
 def test_refuses_a_value_that_is_not_whole(variable: str, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(variable, text)
-    with pytest.raises(ValueError, match="expected (seconds|bytes)") as refusal:
+    with raises(ValueError, variable, repr(text), NUMBERS[variable].what):
         number_in(variable)
-    assert f"{variable} = {text!r}" in str(refusal.value)
 
 
 @pytest.mark.parametrize("variable", NUMBERS)
@@ -31,7 +31,7 @@ def test_numbers_are_below_a_limit(variable: str, monkeypatch: pytest.MonkeyPatc
         monkeypatch.setenv(variable, str(number))
         assert number_in(variable) == number
     monkeypatch.setenv(variable, str(limit))
-    with pytest.raises(ValueError, match=f"{variable} = '{limit}'"):
+    with raises(ValueError, variable, repr(str(limit))):
         number_in(variable)
 
 

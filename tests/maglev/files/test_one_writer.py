@@ -60,7 +60,7 @@ def test_who_waits_goes_after_the_other(tmp_path: Path) -> None:
 
 
 def test_an_error_of_the_block_is_not_taken_for_a_lock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(OSError, match="of the block") as raised, only_writer(tmp_path / ".lock"):
+    with pytest.raises(BlockingIOError) as raised, only_writer(tmp_path / ".lock"):
         raise OSError(errno.EAGAIN, "of the block")
     assert not isinstance(raised.value, Busy | NoLock)
 

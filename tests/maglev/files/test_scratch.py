@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from messages import raises
 
 from maglev.files.scratch import PREFIX, ScratchFolders, scratch
 from maglev.files.session import SESSION
@@ -111,7 +112,7 @@ def test_a_full_disk_names_the_full_folder(tmp_path: Path, monkeypatch: pytest.M
     """What the system says names none; a file that has a name keeps it."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     full = OSError(errno.ENOSPC, "No space left on device")
-    with pytest.raises(OSError, match="No space left on device for temporary files; TMPDIR sets") as told, scratch():
+    with raises(OSError, tmp_path, "TMPDIR") as told, scratch():
         raise full
     assert (told.value.filename, told.value.errno) == (str(tmp_path), errno.ENOSPC)
     for place, error in ((str(tmp_path), full), (None, OSError(errno.ENOSPC, "full", "a.csv")), (None, OSError("x"))):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import raises
 
 from maglev.files.errors import CsvError, MaglevError
 from maglev.files.table import DataTable, given_table, read_table
@@ -118,54 +119,50 @@ def test_what_is_read(name: str, tmp_path: Path) -> None:
     assert said in table.said if said else table.said in ("", f"{table.path}: 2 lines above the header are left out")
 
 
-REFUSED: dict[str, tuple[str | bytes, str]] = {
-    "nothing": (b"", "is empty, expected a CSV file with a header and rows"),
-    "blank lines": (b"\n \n", "is empty, expected"),
-    "a workbook": (b"PK\x03\x04\0\0binary", "is an archive or a workbook, expected a CSV file: export the data as CSV"),
-    "binary": (bytes(range(256)), "is not text, expected a CSV file"),
-    "half of UTF-16": (b"\xff\xfe1,2,\n", "is not text, expected a CSV file"),
-    "one column": (b"time\n0\n1\n", "has one column, expected"),
-    "no header": (b"0.0,0.02,0.0\n1,2,3\n", "row 1 is numbers, expected the names of the columns"),
-    "a header only": (b"time,v,h\n", "has a header only, expected rows of numbers"),
-    "two of a name": (b"time,v,v\n0,1,2\n", "row 1 has the column 'v' 2 times, expected it once"),
-    "commas for both": (b"time,v\n0,0,0,02\n0,1,0,03\n", "row 2 has 4 values, expected 2 as in the header; decimal"),
-    "too many fields": (b"time,v\n0,1\n1,2,3\n2,3\n", "row 3 has 3 values, expected 2 as in the header"),
-    "too few, semicolons": (b"time;v\n0;1\n1\n2;3\n", "row 3 has 1 value, expected 2 as in the header: v is missing"),
-    "an empty field": (b"time,v\n0,\n1,2\n", "row 2, column v is '', expected a finite number"),
-    "no number": (b"time,v\n0,1\n1,NaN\n2,3\n", "row 3, column v is 'NaN', expected a finite number"),
-    "a unit in a field": (b"time,v\n0,1\n1,5 mm\n2,3\n", "row 3, column v is '5 mm', expected a finite"),
-    "below a comment": (b"# a\n\ntime,v\n0,1\n\n1,x\n2,3\n", "row 6, column v is 'x', expected a finite number"),
-    "a point, too": (b"time;v\n0;0,5\n1;0.7\n2;0,9\n", "row 3, column v is '0.7', expected a finite number with "
-                     "a decimal comma"),
-    "thousands": (b"time;v\n0;0,5\n1;1.000,7\n2;0,9\n", "row 3, column v is '1.000,7', expected a finite number"),
-    "another unit": (b"time,v [kg]\n0,1\n1,2\n", "column v [kg] is in kg, expected m"),
-    "an unknown unit": (b"time,v [counts]\n0,1\n1,2\n", "column v [counts]: unknown unit 'counts'"),
-    "no time stamp": (b"time,v\n2024-05-01T12:00:00,1\n2024-05-01T12:61:00,2\n", "row 3, column time is "
-                      "'2024-05-01T12:61:00', expected a time stamp, such as 2024-05-01T12:00:00.0005"),
-    "a day of another form": (b"time,v\n01.05.2024 12:00,1\n01.05.2024 12:01,2\n", "row 2, column time is '01.05.2024 "
-                              "12:00', expected a finite number")}
+REFUSED: dict[str, tuple[bytes, *tuple[str, ...]]] = {   # a file, and the facts of its refusal
+    "nothing": (b"", "empty"), "blank lines": (b"\n \n", "empty"),
+    "a workbook": (b"PK\x03\x04\0\0binary", "workbook"),
+    "binary": (bytes(range(256)), "text"), "half of UTF-16": (b"\xff\xfe1,2,\n", "text"),
+    "one column": (b"time\n0\n1\n", "one column"),
+    "no header": (b"0.0,0.02,0.0\n1,2,3\n", "row 1", "numbers"),
+    "a header only": (b"time,v,h\n", "header only"),
+    "two of a name": (b"time,v,v\n0,1,2\n", "row 1", "'v'", "2 times"),
+    "commas for both": (b"time,v\n0,0,0,02\n0,1,0,03\n", "row 2", "4 values", "2", "decimal"),
+    "too many fields": (b"time,v\n0,1\n1,2,3\n2,3\n", "row 3", "3 values", "2"),
+    "too few, semicolons": (b"time;v\n0;1\n1\n2;3\n", "row 3", "1 value", "2", "v"),
+    "an empty field": (b"time,v\n0,\n1,2\n", "row 2", "v", "''"),
+    "no number": (b"time,v\n0,1\n1,NaN\n2,3\n", "row 3", "v", "'NaN'"),
+    "a unit in a field": (b"time,v\n0,1\n1,5 mm\n2,3\n", "row 3", "v", "'5 mm'"),
+    "below a comment": (b"# a\n\ntime,v\n0,1\n\n1,x\n2,3\n", "row 6", "v", "'x'"),
+    "a point, too": (b"time;v\n0;0,5\n1;0.7\n2;0,9\n", "row 3", "v", "'0.7'", "decimal comma"),
+    "thousands": (b"time;v\n0;0,5\n1;1.000,7\n2;0,9\n", "row 3", "v", "'1.000,7'"),
+    "another unit": (b"time,v [kg]\n0,1\n1,2\n", "v [kg]", "m"),
+    "an unknown unit": (b"time,v [counts]\n0,1\n1,2\n", "v [counts]", "'counts'"),
+    "no time stamp": (b"time,v\n2024-05-01T12:00:00,1\n2024-05-01T12:61:00,2\n", "row 3", "time",
+                      "'2024-05-01T12:61:00'", "2024-05-01T12:00:00.0005"),
+    "a day of another form": (b"time,v\n01.05.2024 12:00,1\n01.05.2024 12:01,2\n", "row 2", "time",
+                              "'01.05.2024 12:00'")}
 
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_is_refused(name: str, tmp_path: Path) -> None:
-    content, words = REFUSED[name]
+    content, *facts = REFUSED[name]
     path = file(tmp_path, content)
-    with pytest.raises(CsvError) as refused:
+    with raises(CsvError, path, *facts):
         table = read_table(path)
         seconds(table)
         column(table, "v", "m")
-    assert str(refused.value).startswith(f"{path}: {words}") and "\n" not in str(refused.value)
 
 
 def test_what_is_no_file(tmp_path: Path) -> None:
     file(tmp_path, PLAIN)
-    with pytest.raises(CsvError, match=r"mien\.csv: cannot be read: No such file or directory, nearest is 'mine\.csv'"):
+    with raises(CsvError, tmp_path / "mien.csv", "'mine.csv'"):
         read_table(tmp_path / "mien.csv")
-    with pytest.raises(CsvError, match="is a folder, expected a file"):
+    with raises(CsvError, tmp_path, "folder"):
         read_table(tmp_path)
     if hasattr(os, "mkfifo"):
         os.mkfifo(tmp_path / "pipe.csv")
-        with pytest.raises(CsvError, match=r"pipe\.csv: cannot be read: is a named pipe, expected a file"):
+        with raises(CsvError, tmp_path / "pipe.csv", "named pipe"):
             read_table(tmp_path / "pipe.csv")
 
 
@@ -184,8 +181,7 @@ def test_only_parquet_needs_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setitem(sys.modules, "pandas", None)
     for content, _ in READ.values():
         assert column(read_table(file(tmp_path, content)), "i_q", "A")[0] == 1.5
-    with pytest.raises(CsvError, match=r"mine\.csv: is Parquet, expected a CSV file; what is Parquet needs pandas; "
-                                       r"install it .*maglev-fmus\[data\]"):
+    with raises(CsvError, tmp_path / "mine.csv", "Parquet", "pandas", "'maglev-fmus[data]'"):
         read_table(file(tmp_path, b"PAR1"))
 
 
@@ -229,9 +225,7 @@ def test_uneven_times_are_resampled() -> None:
 def test_gaps_are_named_filled_or_left_out() -> None:
     times = 1e-3 * np.array([*range(40), *range(52, 120), *range(121, 140)])
     table = uneven(times)
-    with pytest.raises(CsvError, match=r"row 40, column time is 0.052, expected 0.04 ± 5% of the sample time 0.001 s; "
-                                       r"2 places with uneven times, the longest step is 0.013 s after 0.039 s: "
-                                       "gaps = fill fills them with straight lines, gaps = longest takes"):
+    with raises(CsvError, "row 40", "time", 0.052, "0.04 ± 5%", "0.001 s", 2, "0.013 s", "0.039 s", "fill", "longest"):
         even(table, seconds(table))
     filled = even(table, seconds(table), "fill")
     assert filled.time == pytest.approx(1e-3 * np.arange(140))
@@ -240,7 +234,7 @@ def test_gaps_are_named_filled_or_left_out() -> None:
     longest = even(table := uneven(times), seconds(table), "longest")
     assert longest.time == pytest.approx(1e-3 * np.arange(52, 120))
     assert "68 of 127 rows are used, the longest part without a gap, from 0.052 s to 0.119 s" in table.said
-    with pytest.raises(MaglevError, match="gaps = some: expected one of refuse, fill, longest"):
+    with raises(MaglevError, "gaps", "some", "refuse", "fill", "longest"):
         even(table, seconds(table), "some")   # type: ignore[arg-type]
 
 

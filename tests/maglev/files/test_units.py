@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from messages import raises
 
 from maglev.files.errors import QuantityError, ScenarioError
 from maglev.files.fmi_units import exponents
@@ -35,33 +36,28 @@ def test_there_and_back(value, unit):
     assert to_unit(parse_quantity(value, unit), unit) == pytest.approx(value, rel=1e-14, abs=1e-300)
 
 
-@pytest.mark.parametrize(("value", "words"), [
-    ("25 mn", ["25 mn", "'mn'", "nearest is 'mN'"]),
-    ("25", ["'25'", "no unit"]),
+@pytest.mark.parametrize(("value", "facts"), [
+    ("25 mn", ["25 mn", "'mn'", "'mN'"]),
+    ("25", ["'25'", "unit"]),
     ("fast", ["'fast'", "25 mm"]),
     (math.nan, ["nan", "finite"]),
     (math.inf, ["inf", "finite"]),
     ("1e999 m", ["1e999 m", "finite"]),
     (True, ["True", "number"]),
     (None, ["None", "number"])])
-def test_refusals_name_value_and_expectation(value, words):
-    with pytest.raises(QuantityError) as refusal:
+def test_refusals_name_value_and_expectation(value, facts):
+    with raises(QuantityError, *facts):
         parse_quantity(value)
-    assert all(word in str(refusal.value) for word in words)
 
 
-@pytest.mark.parametrize(("text", "says"), [
-    ("4kilo", "unknown unit 'kilo'; nearest is 'kg'"), ("4 kilometers", "nearest is 'km'"),
-    ("2 Millimetre", "nearest is 'mm'"), ("3 KG", "nearest is 'kg'"), ("1 /s", "nearest is '1/s'"),
-    ("off", "expected a number and a unit such as '25 mm'; of a Boolean true or false"),
-    ("2 xyz", "expected one such as 'kg'"), ("5,0", "'5,0' is not a quantity, expected a decimal point: '5.0'"),
-    ("5,25 mm", "expected a decimal point: '5.25 mm'"), ("3..5", "'3..5' is not a quantity, expected one number"),
-    ("3-5", "expected one number"), ("1:30", "expected one number"),
-    ("1/2 m", "expected one number"), ("1'000", "expected one number")])
-def test_names_the_unit_that_may_be_meant(text, says):
-    with pytest.raises(QuantityError) as refusal:
+@pytest.mark.parametrize(("text", "facts"), [
+    ("4kilo", ["'kilo'", "'kg'"]), ("4 kilometers", ["'kilometers'", "'km'"]), ("2 Millimetre", ["'mm'"]),
+    ("3 KG", ["'kg'"]), ("1 /s", ["'1/s'"]), ("off", ["'25 mm'", "true", "false"]), ("2 xyz", ["'xyz'", "'kg'"]),
+    ("5,0", ["'5,0'", "'5.0'"]), ("5,25 mm", ["'5.25 mm'"]), ("3..5", ["'3..5'", "one number"]),
+    ("3-5", ["one number"]), ("1:30", ["one number"]), ("1/2 m", ["one number"]), ("1'000", ["one number"])])
+def test_names_the_unit_that_may_be_meant(text, facts):
+    with raises(QuantityError, *facts):
         parse_quantity(text)
-    assert says in str(refusal.value)
 
 
 @pytest.mark.parametrize(("text", "unit", "value"), [
@@ -76,7 +72,7 @@ def test_composed_units_are_made_of_the_table(text, unit, value):
 @pytest.mark.parametrize(("text", "unit"), [
     ("2 Hz", "1/s"), ("2 Hz", "rad/s"), ("2 1/s", "rad/s"), ("2 V/rpm", "V.s"), ("1 m/s/s", "m/s"), ("2 N.m", "N/m")])
 def test_distinguishes_similar_symbols(text, unit):
-    with pytest.raises(QuantityError, match=f"expected a quantity in {unit}"):
+    with raises(QuantityError, text, unit):
         parse_quantity(text, unit)
 
 
@@ -89,7 +85,7 @@ def test_every_symbol_is_an_si_unit_of_its_own_exponents():
 
 
 def test_other_dimension_is_refused():
-    with pytest.raises(QuantityError, match=r"'2 kg' is in kg, expected a quantity in m"):
+    with raises(QuantityError, "2 kg", "kg", "m"):
         parse_quantity("2 kg", "m")
 
 
@@ -101,20 +97,19 @@ def test_units_are_spelled_in_many_ways(text, unit, value):
 
 @pytest.mark.parametrize(("text", "unit"), [("2 Hz", "rad/s"), ("2 rad/s", "Hz"), ("5 Hz/s", "rad/s2")])
 def test_cycles_are_no_radians(text, unit):
-    with pytest.raises(QuantityError, match=f"'{text}' is in {text[2:]}, expected a quantity in {unit}"):
+    with raises(QuantityError, text, text[2:], unit):
         parse_quantity(text, unit)
 
 
 def test_a_time_of_an_option():
     assert [positive_time(value, ScenarioError, "timeout") for value in (5, "5", "5 ms", "2 min")] == [5, 5, 5e-3, 120]
-    for value, words in ((0.0, "expected a time above 0 s"), ("-1 s", "expected a time above 0 s"),
-                         ("5 mm", "'5 mm' is in mm, expected a quantity in s")):
-        with pytest.raises(ScenarioError, match=f"^timeout: {words}$"):
+    for value, *facts in (0.0, "0 s"), ("-1 s", "0 s"), ("5 mm", "'5 mm'", "s"):
+        with raises(ScenarioError, "timeout", *facts):
             positive_time(value, ScenarioError, "timeout")
 
 
 def test_conversion_to_an_unknown_unit_names_value_and_nearest():
-    with pytest.raises(QuantityError, match=r"0.025.*'mmm'; nearest is 'mm'"):
+    with raises(QuantityError, "0.025", "'mmm'", "'mm'"):
         to_unit(0.025, "mmm")
 
 
