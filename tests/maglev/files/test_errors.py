@@ -13,7 +13,7 @@ from messages import raises
 
 import maglev
 from maglev.cosim.master import Recording, RunInterrupted
-from maglev.files.errors import Interrupted, StageError, in_one_line, key_path, nearest, one_of
+from maglev.files.errors import Interrupted, in_one_line, key_path, nearest, one_of
 
 KEYS = st.text(st.characters(exclude_categories=["Cs"]))
 
@@ -38,10 +38,10 @@ def test_a_name_without_its_ending_is_nearest_to_that_file(tmp_path: Path, monke
             read("3dof-mine")
     with raises(maglev.StabilityError, "'3dof-mine.toml'"):
         maglev.region("3dof-mine", "x", "25 mm")
-    with raises(StageError, "3dof-mine", "'3dof-mine.toml'"):
+    with raises(maglev.ScenarioError, "3dof-mine", "'3dof-mine.toml'"):
         maglev.fmus(stage="3dof-mine")
     (tmp_path / "pd.py").touch()
-    with raises(maglev.ControllerError, "controller", "pd", "'pd.py'"):
+    with raises(maglev.UnknownName, "controller", "pd", "'pd.py'"):
         maglev.run("3dof-setpoints", controller="pd")
 
 

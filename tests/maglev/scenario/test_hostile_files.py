@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 from command_line import error_line, maglev
+from messages import raises, require_facts
 
-from maglev.files.errors import CsvError, QuantityError, ScenarioError
+from maglev.files.errors import CsvError, IdentificationError, QuantityError, ScenarioError
 from maglev.files.table import read_table
 from maglev.files.units import parse_quantity
 from maglev.identification.model_file import model_settings
@@ -17,9 +18,8 @@ HEAD = 'extends = "loops/3dof.toml"\nname = "mine"\ntitle = "Mine"\nstop_time = 
 
 def refused(path: Path, text: str) -> str:
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(ScenarioError) as refusal:
+    with raises(ScenarioError) as refusal:
         load_plans(path)
-    assert "\n" not in str(refusal.value)
     return str(refusal.value)
 
 
@@ -40,7 +40,7 @@ def test_a_file_takes_the_place_of_a_model(tmp_path: Path) -> None:
     controller = load_plan(path).fmus["controller"]
     assert (controller.model, controller.file) == (None, str(tmp_path / "theirs.fmu"))
     both = HEAD + '[fmus.controller]\nfile = "theirs.fmu"\nmodel = "Regulator3DOF"\n'
-    assert "expected either model" in refused(path, both)
+    require_facts(refused(path, both), "fmus.controller", "model", "file")
 
 
 def test_byte_order_mark(tmp_path: Path) -> None:
@@ -50,14 +50,13 @@ def test_byte_order_mark(tmp_path: Path) -> None:
 
 
 def test_nesting(tmp_path: Path) -> None:
-    message = refused(tmp_path / "deep.toml", "a = " + 5000 * "[" + 5000 * "]")
-    assert message.endswith("are nested too deeply, expected fewer levels")
+    require_facts(refused(tmp_path / "deep.toml", "a = " + 5000 * "[" + 5000 * "]"), "nested")
 
 
 def test_a_long_chain_of_files(tmp_path: Path) -> None:
     for k in range(DEEPEST + 5):
         (tmp_path / f"{k}.toml").write_text(f'extends = "{k + 1}.toml"\n', encoding="utf-8")
-    assert f"{DEEPEST} files extend each other" in refused(tmp_path / "mine.toml", 'extends = "0.toml"\n')
+    require_facts(refused(tmp_path / "mine.toml", 'extends = "0.toml"\n'), f"{DEEPEST} files")
 
 
 def test_paths_that_meet_again(tmp_path: Path) -> None:
@@ -65,40 +64,35 @@ def test_paths_that_meet_again(tmp_path: Path) -> None:
     for k in range(22):
         (tmp_path / f"{k}.toml").write_text(f'extends = ["{k + 1}.toml", "{k + 1}.toml"]\n', encoding="utf-8")
     (tmp_path / "22.toml").write_text("", encoding="utf-8")
-    assert "files on all its paths, expected fewer" in refused(tmp_path / "mine.toml", 'extends = "0.toml"\n')
+    require_facts(refused(tmp_path / "mine.toml", 'extends = "0.toml"\n'), tmp_path / "14.toml", "extends", "300 files")
 
 
 @pytest.mark.parametrize("name", ["../x", "/x", "", ".", "..", "a/b", "a b"])
 def test_names_are_no_paths(tmp_path: Path, name: str) -> None:
-    assert "name = " in refused(tmp_path / "mine.toml", HEAD.replace('"mine"', f'"{name}"'))
-    variants = HEAD + f'[variants."/{name}"]\n'
-    assert "name = " in refused(tmp_path / "mine.toml", variants)
+    require_facts(refused(tmp_path / "mine.toml", HEAD.replace('"mine"', f'"{name}"')), "name", repr(name))
+    require_facts(refused(tmp_path / "mine.toml", HEAD + f'[variants."/{name}"]\n'), "name", f"'mine-/{name}'")
 
 
 @pytest.mark.parametrize("value", [10**400, -(10**400), float("nan"), float("inf")])
 def test_numbers_beyond_floats(value: float) -> None:
-    with pytest.raises(QuantityError, match="expected a finite number"):
+    with raises(QuantityError, "finite"):
         parse_quantity(value, "m")
 
 
 def test_huge_numbers_in_files(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    assert "expected a finite number" in refused(path, HEAD + f'[fmus.plant.start]\n"y.mass" = 1{400 * "0"}\n')
-    assert "TOML syntax" in refused(path, HEAD + f'[fmus.plant.start]\n"y.mass" = 1{5000 * "0"}\n')
+    require_facts(refused(path, HEAD + f'[fmus.plant.start]\n"y.mass" = 1{400 * "0"}\n'), 'fmus.plant.start."y.mass"')
+    require_facts(refused(path, HEAD + f'[fmus.plant.start]\n"y.mass" = 1{5000 * "0"}\n'), "TOML")
 
 
 def test_no_bound_on_steps(fmus: Path, tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    message = refused(path, HEAD.replace("10 ms", "10000000 s"))
-    assert "stop_time = " in message
-    assert "5e+10 steps of 0.0002 s, expected at most 1e+08" in message
+    require_facts(refused(path, HEAD.replace("10 ms", "10000000 s")), "stop_time", "5e+10", "0.0002 s", "1e+08")
     path.write_text(HEAD, encoding="utf-8")
     short = ("run", path, "--fmus", fmus, "--out", tmp_path)
-    assert "expected at most 1e+08" in error_line(maglev(*short, "--step", "1e-300"))
+    require_facts(error_line(maglev(*short, "--step", "1e-300")), "1e-300", "1e+08")
     path.write_text(HEAD.replace("10 ms", "2500 s"), encoding="utf-8")
-    line = error_line(maglev(*short))
-    assert "12500000 steps of 0.0002 s" in line
-    assert "GB of memory, expected at most 4 GB" in line
+    require_facts(error_line(maglev(*short)), "12500000", "0.0002 s", "4 GB")
 
 
 @pytest.mark.parametrize("text",
@@ -106,29 +100,27 @@ def test_no_bound_on_steps(fmus: Path, tmp_path: Path) -> None:
 def test_a_table_where_text_is_expected(tmp_path: Path, text: str) -> None:
     path = tmp_path / "model.toml"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(Exception, match="expected one of 2dof, 3dof") as refusal:
+    with raises(IdentificationError, path, "stage", "2dof", "3dof"):
         model_settings(path)
-    assert type(refusal.value).__name__ == "IdentificationError"
 
 
 def test_a_field_that_is_too_long(tmp_path: Path) -> None:
     path = tmp_path / "long.csv"
     path.write_text(f"time,h\n0,{200_000 * 'x'}\n", encoding="utf-8")
-    with pytest.raises(CsvError, match="expected a"):
+    with raises(CsvError, path, 131072):
         read_table(path).column("h")
 
 
 def test_keys_in_keys_in_keys(tmp_path: Path) -> None:
     """Python cannot write such a value as text."""
-    message = refused(tmp_path / "deep.toml", HEAD + f"[{'.'.join(3000 * ['a'])}]\nb = 1\n")
-    assert message.endswith("are nested too deeply, expected fewer levels")
+    require_facts(refused(tmp_path / "deep.toml", HEAD + f"[{'.'.join(3000 * ['a'])}]\nb = 1\n"), "nested")
 
 
 @pytest.mark.parametrize("line", ['title = "\\u001B[2J"', 'description = "a\\u009Bb"', '"\\u202E" = 1',
                                   'figures = ["4.1", "\\u0007"]'])
 def test_control_characters(tmp_path: Path, line: str) -> None:
     message = refused(tmp_path / "mine.toml", f"{line}\n{HEAD.replace('title', '# title')}")
-    assert message.endswith("expected text without control characters")
+    require_facts(message, "control characters")
     assert message.isprintable()
 
 

@@ -1,9 +1,10 @@
 from types import SimpleNamespace
 
 import pytest
+from messages import raises, require_facts
 
 import maglev
-from maglev.files.errors import ScenarioError
+from maglev.files.errors import ScenarioError, StageError
 from maglev.runs.plan_check import check_names
 from maglev.scenario.loading import load_plan
 from maglev.scenario.signals import Steps
@@ -64,11 +65,9 @@ def write(tmp_path):
 
 
 def refusal(path):
-    with pytest.raises(ScenarioError) as caught:
+    with raises(ScenarioError) as caught:
         load_plan(path)
-    message = str(caught.value)
-    assert "\n" not in message
-    return message
+    return str(caught.value)
 
 
 def test_extending_merges_deeply(write):
@@ -97,59 +96,59 @@ def test_finds_a_csv_next_to_its_scenario(write):
     assert load_plan(path).signals[0].value(1.0) == 0.025
 
 
-@pytest.mark.parametrize(("old", "new", "words"), [
-    ('stop_time = "2 s"', "", ["hold.toml: stop_time", "required"]),
-    ('stop_time = "2 s"', 'stop_tme = "2 s"', ["hold.toml: stop_tme = '2 s'", "nearest is 'stop_time' (end of"]),
-    ('stop_time = "2 s"', 'fail_error = "2 s"', ["fail_error = '2 s'", "unknown key, expected it in [metrics]"]),
+@pytest.mark.parametrize(("old", "new", "facts"), [
+    ('stop_time = "2 s"', "", ["hold.toml", "stop_time", "required"]),
+    ('stop_time = "2 s"', 'stop_tme = "2 s"', ["hold.toml", "stop_tme = '2 s'", "'stop_time' (end of"]),
+    ('stop_time = "2 s"', 'fail_error = "2 s"', ["fail_error = '2 s'", "[metrics]"]),
     ('stop_time = "2 s"', 'stop_time = true', ["stop_time = True", "not a quantity"]),
-    ('stop_time = "2 s"', 'stop_time = "2 m"', ["hold.toml: stop_time = '2 m'", "in s"]),
-    ('stop_time = "2 s"', "stop_time = nan", ["hold.toml: stop_time = nan", "finite"]),
-    ('stop_time = "2 s"', "stop_time = -2", ["hold.toml: stop_time = -2", "greater than 0"]),
-    ('stop_time = "2 s"', "stop_time = 2.0002", ["hold.toml: stop_time = 2.0002", "whole number of communication"]),
-    ('stop_time = "2 s"', "stop_time = 2\noutput_interval = 0.0007", ["hold.toml: output_interval", "whole number"]),
-    ('stop_time = "2 s"', "stop_time = ", ["hold.toml: TOML syntax", "line 5"]),
-    ('name = "hold"', "name = 3", ["hold.toml: name = 3", "expected a valid string"]),
-    ('step = "0.5 ms"', 'step = "0.5 msec"', ["loop.toml: step = '0.5 msec'", "nearest is 'ms'"]),
-    ("bands =", "band =", ["loop.toml: metrics.band = ", "nearest is 'bands'"]),
-    ('"10 um"]', '"10 kg"]', ["loop.toml: metrics.bands[1] = '10 kg'", "in m"]),
-    ('model = "Regulator"', "", ["controller", "model", "file"]),
-    ("order = 2", 'order = "fast"', ["loop.toml: fmus.controller.start.order = 'fast'", "25 mm"]),
-    ('["25 mm", "27', '["25 mn", "27', ["hold.toml: signals[0].values[0] = '25 mn'", "unknown unit 'mn'"]),
-    ("antiwindup = true", 'limit = "4 AA"', ["hold.toml: fmus.controller.start.limit = '4 AA'", "unknown unit 'AA'"]),
-    ('"plant.m.i_a_cmd"]]', '"plant.m.i_a_cmd", "x"]]', ["loop.toml: connections[1]", "at most 2"]),
-    ('kind = "steps"', 'kind = "stpes"', ["hold.toml: signals[0].kind = 'stpes'", "nearest is 'steps'"]),
-    ('kind = "steps"', "", ["hold.toml: signals[0].kind", "expected the kind"]),
-    ("times = [0, 1]", "ports = [0, 1]", ["signals[0].ports", "there are 'to', 'rate_to', 'unit' and 3 others"]),
-    ("times = [0, 1]", "tims = [0, 1]", ["hold.toml: signals[0].tims = [0, 1]", "nearest is 'times'"]),
-    ("times = [0, 1]", "times = [1, 0]", ["hold.toml: signals[0].times[1] = 0.0", "ascending"]),
-    ("times = [0, 1]", "times = [0]", ["hold.toml: signals[0].values = [0.025, 0.027]", "as many as times"]),
-    ('"27 mm"', '"27 kg"', ["hold.toml: signals[0].values[1] = '27 kg'", "in m"]),
+    ('stop_time = "2 s"', 'stop_time = "2 m"', ["hold.toml", "stop_time = '2 m'", "in s"]),
+    ('stop_time = "2 s"', "stop_time = nan", ["hold.toml", "stop_time = nan", "finite"]),
+    ('stop_time = "2 s"', "stop_time = -2", ["hold.toml", "stop_time = -2.0", "greater than 0"]),
+    ('stop_time = "2 s"', "stop_time = 2.0002", ["hold.toml", "stop_time = 2.0002", "whole number of communication"]),
+    ('stop_time = "2 s"', "stop_time = 2\noutput_interval = 0.0007", ["hold.toml", "output_interval", "whole number"]),
+    ('stop_time = "2 s"', "stop_time = ", ["hold.toml", "TOML syntax", "line 5"]),
+    ('name = "hold"', "name = 3", ["hold.toml", "name = 3", "expected a valid string"]),
+    ('step = "0.5 ms"', 'step = "0.5 msec"', ["loop.toml", "step = '0.5 msec'", "'ms'"]),
+    ("bands =", "band =", ["loop.toml", "metrics.band = ", "'bands'"]),
+    ('"10 um"]', '"10 kg"]', ["loop.toml", "metrics.bands[1] = '10 kg'", "in m"]),
+    ('model = "Regulator"', "", ["fmus.controller", "model", "file"]),
+    ("order = 2", 'order = "fast"', ["loop.toml", "fmus.controller.start.order = 'fast'", "25 mm"]),
+    ('["25 mm", "27', '["25 mn", "27', ["hold.toml", "signals[0].values[0] = '25 mn'", "'mn'"]),
+    ("antiwindup = true", 'limit = "4 AA"', ["hold.toml", "fmus.controller.start.limit = '4 AA'", "'AA'"]),
+    ('"plant.m.i_a_cmd"]]', '"plant.m.i_a_cmd", "x"]]', ["loop.toml", "connections[1]", "at most 2"]),
+    ('kind = "steps"', 'kind = "stpes"', ["hold.toml", "signals[0].kind = 'stpes'", "'steps'"]),
+    ('kind = "steps"', "", ["hold.toml", "signals[0].kind", "expected the kind"]),
+    ("times = [0, 1]", "ports = [0, 1]", ["signals[0].ports", "'to', 'rate_to', 'unit' and 3 others"]),
+    ("times = [0, 1]", "tims = [0, 1]", ["hold.toml", "signals[0].tims = [0, 1]", "'times'"]),
+    ("times = [0, 1]", "times = [1, 0]", ["hold.toml", "signals[0].times[1] = 0.0", "ascending"]),
+    ("times = [0, 1]", "times = [0]", ["hold.toml", "signals[0].values = [0.025, 0.027]", "as many as times"]),
+    ('"27 mm"', '"27 kg"', ["hold.toml", "signals[0].values[1] = '27 kg'", "in m"]),
     ('metric = "settling_time"', 'metric = "setling_time"',
-     ["hold.toml: claims[0].metric = 'setling_time'", "nearest is 'settling_time'"]),
-    ('axis = "y"', 'axis = "yy"', ["hold.toml: claims[0].axes = 'yy'", "nearest is 'y'"]),
-    ('band = "10 um"', 'band = "20 um"', ["hold.toml: claims[0].band = 2e-05", "metrics.bands"]),
-    ('relation = "<"', "", ["hold.toml: claims[0].relation", "required"]),
+     ["hold.toml", "claims[0].metric = 'setling_time'", "'settling_time'"]),
+    ('axis = "y"', 'axis = "yy"', ["hold.toml", "claims[0].axes = 'yy'", "'y'"]),
+    ('band = "10 um"', 'band = "20 um"', ["hold.toml", "claims[0].band = 2e-05", "metrics.bands"]),
+    ('relation = "<"', "", ["hold.toml", "claims[0].relation", "required"]),
     ('title = "', 'metrics = { bands = [-1e-4] }\ntitle = "',
-     ["hold.toml: metrics.bands[0] = -0.0001", "greater than 0"]),
-    ('title = "', 'metrics.fail_error = -1\ntitle = "', ["hold.toml: metrics.fail_error = -1.0", "greater than 0"]),
+     ["hold.toml", "metrics.bands[0] = -0.0001", "greater than 0"]),
+    ('title = "', 'metrics.fail_error = -1\ntitle = "', ["hold.toml", "metrics.fail_error = -1.0", "greater than 0"]),
     ('title = "', 'metrics.tracking_from = "3 s"\ntitle = "',
-     ["hold.toml: metrics.tracking_from = 3.0", "2.0 s at most"]),
+     ["hold.toml", "metrics.tracking_from = 3.0", "2.0 s at most"]),
     ('title = "', 'check.signals = { "plant.y" = { absolute = -1 } }\ntitle = "',
-     ["hold.toml: check.signals.\"plant.y\".absolute = -1", "expected 0 or more"]),
-    ('"loops/loop.toml"', '"hold.toml"', ["hold.toml: extends", "itself"]),
-    ('"loops/loop.toml"', '"2dof-setpoints"', ["extends = '2dof-setpoints'", "nearest is '2dof-setpoints.toml'"]),
-    ('"loops/loop.toml"', '"loops/lop.toml"', ["extends = 'loops/lop.toml'", "nearest is 'loops/loop.toml'"]),
-    ('"loops/loop.toml"', "3", ["hold.toml: extends = 3", "relative path"]),
+     ["hold.toml", "check.signals.\"plant.y\".absolute = -1", "expected 0 or more"]),
+    ('"loops/loop.toml"', '"hold.toml"', ["hold.toml", "extends", "itself"]),
+    ('"loops/loop.toml"', '"2dof-setpoints"', ["extends = '2dof-setpoints'", "'2dof-setpoints.toml'"]),
+    ('"loops/loop.toml"', '"loops/lop.toml"', ["extends = 'loops/lop.toml'", "'loops/loop.toml'"]),
+    ('"loops/loop.toml"', "3", ["hold.toml", "extends = 3", "relative path"]),
     ('"Regulator"', '"law.fmu"', ["fmus.controller.model = 'law.fmu'", "of a path the key is file"])])
-def test_refusals_are_one_line_with_file_key_value_and_expectation(write, old, new, words):
+def test_refusals_are_one_line_with_file_key_value_and_expectation(write, old, new, facts):
     message = refusal(write((old, new)))
-    assert all(word in message for word in words), message
+    require_facts(message, *facts)
 
 
 def test_tracking_claim_needs_a_start_of_tracking(write):
     message = refusal(write(('metric = "settling_time"\naxis = "y"\nband = "10 um"\nrelation = "<"\ntarget = "5 s"',
                              'metric = "peak_tracking_error"\nrelation = "<"\ntarget = "1 mm"')))
-    assert "claims[0].metric = 'peak_tracking_error': expected metrics.tracking_from" in message
+    require_facts(message, "claims[0].metric", "'peak_tracking_error'", "metrics.tracking_from")
 
 
 EVENTS = ('[[claims]]', '[[events]]\nname = "push"\ntime = "1 s"\n\n[[events]]\nname = "pull"\ntime = "1500 ms"\n'
@@ -177,13 +176,13 @@ def test_windows_end_at_events_steps_and_jumps_of_what_is_no_reference(write):
     assert plan.disturbances == [(1.0, "push"), (1.5, "pull"), (1.6, "plant.y.force"), (1.7, "plant.y.force")]
 
 
-@pytest.mark.parametrize(("changes", "words"), [
+@pytest.mark.parametrize(("changes", "facts"), [
     ([('"pull"', '"push"')], ["events[1].name = 'push'", "another name"]),
     ([('"1500 ms"', '"1 s"')], ["events[1].time = 1.0", "ascending", "push"]),
     ([('"1500 ms"', '"900 s"')], ["events[1].time = 900.0", "before stop_time"]),
     ([('"1.75 s"', '"1500 ms"')], ["events[1].end = 1.5", "after 1.5 s"]),
-    ([('event = "pull"', 'event = "pul"')], ["claims[0].event = 'pul'", "nearest is 'pull'"])])
-def test_events_that_cannot_be_measured_are_refused(write, changes, words):
+    ([('event = "pull"', 'event = "pul"')], ["claims[0].event = 'pul'", "'pull'"])])
+def test_events_that_cannot_be_measured_are_refused(write, changes, facts):
     path = write(EVENTS, AFTER_EVENT)
     text = path.read_text()
     for old, new in changes:
@@ -191,34 +190,29 @@ def test_events_that_cannot_be_measured_are_refused(write, changes, words):
         text = text.replace(old, new, 1)
     path.write_text(text)
     message = refusal(path)
-    assert all(word in message for word in words), message
+    require_facts(message, *facts)
 
 
 def test_a_claim_about_an_event_needs_one(write):
     message = refusal(write(('metric = "settling_time"', 'metric = "recovery_time"')))
-    assert "claims[0].metric = 'recovery_time': expected [[events]]" in message
-
-
-def test_unknown_name_names_the_nearest():
-    assert refusal("3dof-setpoint") == "there is no scenario '3dof-setpoint'; nearest is '3dof-setpoints'"
+    require_facts(message, "claims[0].metric", "'recovery_time'", "[[events]]")
 
 
 def test_a_stage_in_place_of_a_scenario_and_the_other_way_round(tmp_path):
     path = tmp_path / "mine.toml"
-    for text, message in (("stage = 3", 'stage = 3: expected the file of a description, "NAME.toml"'),
-                          ("[stage]\nattraction = 3", 'expected a scenario, such as one with stage = "mine.toml"'),
-                          ("[catalogue]", "is the description of a stage")):
+    for text, *facts in (("stage = 3", "stage = 3", '"NAME.toml"'), ("[catalogue]", 'stage = "mine.toml"'),
+                         ("[stage]\nattraction = 3", 'stage = "mine.toml"')):
         path.write_text(text)
-        assert message in refusal(path)
+        require_facts(refusal(path), path, *facts)
     path.write_text('stage = "other.toml"')
-    with pytest.raises(maglev.MaglevError, match="mine.toml: is a scenario, expected the description of a stage"):
+    with raises(StageError, path, "scenario"):
         maglev.stage(path)
-    with pytest.raises(maglev.MaglevError, match="3dof: is a packaged stage, expected the description of your own"):
+    with raises(StageError, "3dof"):
         maglev.stage("3dof")
 
 
 def test_missing_path(tmp_path):
-    assert "none.toml: cannot be read" in refusal(tmp_path / "none.toml")
+    require_facts(refusal(tmp_path / "none.toml"), tmp_path / "none.toml")
 
 
 def variables(**kinds):
@@ -249,42 +243,41 @@ def test_names_that_fit_pass(write, descriptions):
     check(write(("step = ", 'stop_flag = "plant.at_stop"\nstep = ')), descriptions)
 
 
-@pytest.mark.parametrize(("old", "new", "words"), [
+@pytest.mark.parametrize(("old", "new", "facts"), [
     ('"controller.y.measured"', '"controller.y.measurd"',
      ["connections[0][1] = 'controller.y.measurd'",
-      "missing port: controller has no input or parameter 'y.measurd'; nearest is 'y.measured'"]),
-    ('"controller.y.measured"', '"controler.y.measured"', ["there is no FMU 'controler'", "nearest is 'controller'"]),
-    ('"controller.y.measured"', '"controller.y.error"', ["'y.error' is of causality output, expected input"]),
-    ('"plant.y.encoder"', '"plant.m.i_a_cmd"', ["connections[0][0]", "causality input, expected output"]),
-    ('"plant.y.encoder"', '"plant.at_stop"', ["connections[0]", "connects Boolean to Real"]),
-    ('"plant.y.encoder"', '"controller.m.i_a_cmd"', ["connections[0]", "connects A to m"]),
+      "'y.measured'"]),
+    ('"controller.y.measured"', '"controler.y.measured"', ["'controler'", "'controller'"]),
+    ('"controller.y.measured"', '"controller.y.error"', ["'y.error'", "output", "input"]),
+    ('"plant.y.encoder"', '"plant.m.i_a_cmd"', ["connections[0][0]", "input", "output"]),
+    ('"plant.y.encoder"', '"plant.at_stop"', ["connections[0]", "Boolean", "Real"]),
+    ('"plant.y.encoder"', '"controller.m.i_a_cmd"', ["connections[0]", "A", "m"]),
     ('"controller.m.i_a_cmd", "plant.m.i_a_cmd"', '"plant.y.encoder", "controller.y.measured"',
-     ["connections[1][1]", "fed by connections[0][1] already"]),
-    ('to = "controller.y.reference"', 'to = "controller.y.measured"', ["signals[0].to", "fed by connections[0][1]"]),
-    ('to = "controller.y.reference"', 'to = "plant.y.forc"', ["signals[0].to", "nearest is 'y.force'"]),
+     ["connections[1][1]", "connections[0][1]"]),
+    ('to = "controller.y.reference"', 'to = "controller.y.measured"', ["signals[0].to", "connections[0][1]"]),
+    ('to = "controller.y.reference"', 'to = "plant.y.forc"', ["signals[0].to", "'y.force'"]),
     ('kind = "steps"', 'kind = "steps"\nrate_to = "controller.y.refrate"', ["signals[0].rate_to", "y.reference_rate"]),
     ('"27 mm"', '27, "28 mm"', ["signals[0].values", "as many"]),
-    ('values = ["25 mm", "27 mm"]', 'values = ["1 A", "2 A"]', ["signals[0].to", "A given, expected", "in m"]),
+    ('values = ["25 mm", "27 mm"]', 'values = ["1 A", "2 A"]', ["signals[0].to", "A", "m"]),
     ('"y.position_start"', '"y.position_stat"', ['fmus.plant.start."y.position_stat"', "'y.position_start'"]),
-    ('"y.position_start" = "25 mm"', '"y.position_start" = "2 kg"', ["= '2 kg'", "kg given, expected", "in m"]),
-    ('"y.position_start" = "25 mm"', '"y.position_start" = true', ["= True", "is Real, expected a number"]),
-    ('"y.position_start"', '"y.position"', ["causality output, expected parameter or input"]),
-    ("antiwindup = true", "antiwindup = 1", ["start.antiwindup = 1", "is Boolean, expected true or false"]),
-    ("order = 2", "order = 2.5", ["start.order = 2.5", "is Integer, expected a whole number"]),
-    ('position = "plant.y.position"', 'position = "plant.y.positon"', ["axes.y.position", "nearest is 'y.position'"]),
-    ('position = "plant.y.position"', 'position = "plant.at_stop"', ["axes.y.position", "expected Real"]),
-    ("step = ", 'trip_flag = "plant.y.encoder"\nstep = ', ["trip_flag", "expected a Boolean"]),
-    ("[metrics]", '[motors.m]\ncurrents = ["plant.m.i_a"]\n[metrics]', ["motors.m.currents[0]", "plant has no"])])
-def test_names_that_do_not_fit_are_refused(write, descriptions, old, new, words):
+    ('"y.position_start" = "25 mm"', '"y.position_start" = "2 kg"', ["= '2 kg'", "kg", "m"]),
+    ('"y.position_start" = "25 mm"', '"y.position_start" = true', ["= True", "Real"]),
+    ('"y.position_start"', '"y.position"', ['fmus.plant.start."y.position"', "output", "parameter", "input"]),
+    ("antiwindup = true", "antiwindup = 1", ["fmus.controller.start.antiwindup = 1", "Boolean", "true", "false"]),
+    ("order = 2", "order = 2.5", ["fmus.controller.start.order = 2.5", "Integer"]),
+    ('position = "plant.y.position"', 'position = "plant.y.positon"', ["axes.y.position", "'y.position'"]),
+    ('position = "plant.y.position"', 'position = "plant.at_stop"', ["axes.y.position", "Real"]),
+    ("step = ", 'trip_flag = "plant.y.encoder"\nstep = ', ["trip_flag", "Boolean"]),
+    ("[metrics]", '[motors.m]\ncurrents = ["plant.m.i_a"]\n[metrics]', ["motors.m.currents[0]", "plant.m.i_a"])])
+def test_names_that_do_not_fit_are_refused(write, descriptions, old, new, facts):
     path = write((old, new))
-    with pytest.raises(ScenarioError) as caught:
+    with raises(ScenarioError, "hold.toml", *facts):
         check(path, descriptions)
-    assert all(word in str(caught.value) for word in ["hold.toml", *words]), str(caught.value)
 
 
 def test_start_value_with_a_unit_is_refused_where_the_fmu_is_not_si(write, descriptions):
     descriptions["plant"]["y.position_start"].unit = "mm"
-    with pytest.raises(ScenarioError, match="the FMU uses mm, expected a plain number of mm"):
+    with raises(ScenarioError, "hold.toml", "mm"):
         check(write(), descriptions)
 
 
@@ -307,13 +300,13 @@ def test_claims_about_rotations_are_in_rad(write):
     assert (claim.target, claim.criterion) == (50e-6, "steady-state error of roll < 50 µrad")
 
 
-@pytest.mark.parametrize(("changes", "expected"), [
-    ([('axis = "y"\nband = "10 um"', 'band = "10 um"')], ["claims[0].axes", "roll is in rad", "axes in m alone"]),
-    ([('axis = "y"', 'axis = "roll"')], ["claims[0].axes", "roll is in rad"]),
-    ([('"10 um"\nrelation', '"0.1 mrad"\nrelation')], ["claims[0].axes", "y is in m", "in rad alone"]),
+@pytest.mark.parametrize(("changes", "facts"), [
+    ([('axis = "y"\nband = "10 um"', 'band = "10 um"')], ["claims[0].axes", "roll", "rad", "m"]),
+    ([('axis = "y"', 'axis = "roll"')], ["claims[0].axes", "roll", "rad"]),
+    ([('"10 um"\nrelation', '"0.1 mrad"\nrelation')], ["claims[0].axes", "y", "m", "rad"]),
     ([('axis = "y"\nband = "10 um"', 'axis = "roll"\nband = "1 mrad"')],
      ["claims[0].band = 0.001", "metrics.tilt_bands"]),
 ])
-def test_a_claim_that_mixes_lengths_and_angles_is_refused(write, changes, expected):
+def test_a_claim_that_mixes_lengths_and_angles_is_refused(write, changes, facts):
     message = refusal(write(ROLL, TILT_BANDS, *changes))
-    assert all(part in message for part in expected), message
+    require_facts(message, *facts)

@@ -6,6 +6,7 @@ import pytest
 from fmpy import read_model_description
 from fmpy.ssp.ssd import read_ssd, read_ssv
 from interop.loops import files_in
+from messages import raises
 
 import maglev
 from maglev.cosim.master import FmuSetup
@@ -55,23 +56,22 @@ def test_what_the_run_sets_is_in_both_files(system: Path) -> None:
     assert values.items() <= within.items() and "plant.y.mass" in within
 
 
-@pytest.mark.parametrize(("table", "words"), [
-    ('[fmus.controller]\nfile = "mine.fmu"\n', r"fmus\.controller\.file = '.*mine\.fmu': .* expected `model`"),
+@pytest.mark.parametrize(("table", "facts"), [
+    ('[fmus.controller]\nfile = "mine.fmu"\n', ["fmus.controller.file", "mine.fmu", "`model`"]),
     ('[fmus.controller.start_from]\nC1 = { run = "2dof-push", output = "plant.v.position" }\n',
-     r"fmus\.controller\.start_from: .* expected `start`"),
-    ('[fmus.controller.inputs]\nomega0 = "plant.y.encoder"\n',
-     r"something leads to controller\.omega0, a fixed parameter, expected inputs and tunable parameters")])
-def test_names_parts_that_a_system_cannot_have(tmp_path: Path, table: str, words: str) -> None:
+     ["fmus.controller.start_from", "`start`"]),
+    ('[fmus.controller.inputs]\nomega0 = "plant.y.encoder"\n', ["controller.omega0", "fixed", "tunable"])])
+def test_names_parts_that_a_system_cannot_have(tmp_path: Path, table: str, facts: list[str]) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(f'extends = ["loops/3dof.toml"]\nname = "mine"\ntitle = "Mine"\nstop_time = "1 s"\n{table}',
                     encoding="utf-8")
-    with pytest.raises(maglev.MaglevError, match=words):
+    with raises(maglev.ScenarioError, path, *facts):
         maglev.build(ssp=path, fmus=tmp_path)
     assert [*tmp_path.iterdir()] == [path]
 
 
 def test_a_run_is_not_built_with_others(tmp_path: Path) -> None:
-    with pytest.raises(maglev.ScenarioError, match=r"ssp = 2dof-push: cannot be combined with names, stage"):
+    with raises(maglev.ScenarioError, "ssp", "2dof-push", "names", "stage"):
         maglev.build(["PID3DOF"], ssp="2dof-push", fmus=tmp_path)
-    with pytest.raises(maglev.ScenarioError, match="there is no scenario '2dof-pusch'; nearest is '2dof-push'"):
+    with raises(maglev.ScenarioError, "'2dof-pusch'", "'2dof-push'"):
         maglev.build(ssp="2dof-pusch", fmus=tmp_path)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from messages import raises
 
 from maglev.files.errors import ScenarioError
 from maglev.scenario.loading import load_plan, load_plans
@@ -82,32 +83,29 @@ def test_files_of_a_variant_lie_beside_the_file_that_names_them(hold: Path) -> N
         str(hold.parent / name) for name in ("plant.fmu", "plant.fmu", "other.fmu")]
 
 
-@pytest.mark.parametrize(("old", "new", "words"), [
-    ('than = "hold-heavy"', 'than = "hold-havy"', ["hold.toml", "claims.than = 'hold-havy'", "'hold-heavy'"]),
-    ("[variants.heavy]\n", "[variants.heavy]\ntitel = 3\n", ["hold.toml", "titel", "nearest is 'title'"]),
-    ('"feather.toml"', '"fether.toml"', ["extends = 'fether.toml'", "nearest is 'feather.toml'"]),
+@pytest.mark.parametrize(("old", "new", "facts"), [
+    ('than = "hold-heavy"', 'than = "hold-havy"', ["claims.than", "'hold-havy'", "'hold-heavy'"]),
+    ("[variants.heavy]\n", "[variants.heavy]\ntitel = 3\n", ["titel", "'title'"]),
+    ('"feather.toml"', '"fether.toml"', ["extends", "'fether.toml'", "'feather.toml'"]),
     ('"feather.toml"', '"hold.toml"', ["extends", "itself"]),
-    ('["loop.toml", "gains.toml"]', '["loop.toml", 3]', ["hold.toml: extends = ['loop.toml', 3]", "relative path"]),
-])
-def test_refusals(hold: Path, old: str, new: str, words: list[str]) -> None:
+    ('["loop.toml", "gains.toml"]', '["loop.toml", 3]', ["extends", "['loop.toml', 3]", "relative path"])])
+def test_refusals(hold: Path, old: str, new: str, facts: list[str]) -> None:
     assert hold.read_text().count(old) == 1
     hold.write_text(hold.read_text().replace(old, new))
-    with pytest.raises(ScenarioError) as caught:
+    with raises(ScenarioError, hold, *facts):
         load_plans(hold)
-    assert all(word in str(caught.value) for word in words), str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("text", ["variants = 3", "[variants]\nfast = 3"])
 def test_variants_are_tables(hold: Path, text: str) -> None:
     experiment = EXPERIMENT.partition("[variants.light]")[0]
     hold.write_text(f"{text}\n{experiment}" if text == "variants = 3" else f"{experiment}\n{text}\n")
-    with pytest.raises(ScenarioError, match="variants = .*expected tables, one for each variant"):
+    with raises(ScenarioError, "hold.toml", "variants", "3"):
         load_plans(hold)
 
 
 def test_a_single_run_is_asked_for_by_its_name(hold: Path) -> None:
-    with pytest.raises(ScenarioError, match="hold.toml has variants, expected a scenario without"):
+    with raises(ScenarioError, "hold.toml", "variants"):
         load_plan(hold)
     assert [run.name for run in load_plans("2dof-step-4")] == ["2dof-step-4-nonlinear", "2dof-step-4-linear",
                                                                "2dof-step-4-fed-forward"]
