@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from messages import raises
 
 from maglev.cosim.master import Recording
 from maglev.files.errors import BaselineError, CsvError
@@ -66,39 +67,34 @@ def test_spaces_and_windows_line_ends_are_read(tmp_path: Path) -> None:
     assert list(read_baseline(tmp_path, plan_of("bad")).columns) == ["plant.y.position", "plant.at_stop"]
 
 
-@pytest.mark.parametrize(("old", "new", "message"), [
-    (SAMPLES, "", "bad_ref.csv: is empty, expected a CSV file"),
-    ('"time"', '"t"', "bad_ref.csv: the first column is 't', expected time"),
-    ("plant.at_stop", "plant.y.position", "row 1 has the column 'plant.y.position' 2 times, expected it once"),
-    ("0.05,0.0250001,0.0", "0.05,0.0250001", "row 3 has 2 values, expected 3 as in the header"),
-    ("0.0250001", "fast", "row 3, column plant.y.position is 'fast', expected a finite number"),
-    ("0.0250001", "nan", "row 3, column plant.y.position is 'nan', expected a finite number"),
-    ("0.0250001", "-inf", "row 3, column plant.y.position is '-inf', expected a finite number"),
-    ("0.0250001", '"1" 2', "row 3, column plant.y.position is '1 2', expected a finite number"),
-    ("0.05,", "0.0,", "row 3, column time is 0, expected more than 0.0 s"),
-    ("0.05,", "0.05001,", "row 3, column time is 0.05001, expected a multiple of the communication step, 0.0002 s"),
-    ("0.05,0.0250001,0.0\n0.1,0.0250002,1.0\n", "", "bad_ref.csv: 1 sample, expected 2 or more"),
-])
-def test_malformed_samples(tmp_path: Path, old: str, new: str, message: str) -> None:
+@pytest.mark.parametrize(("old", "new", "kind", "facts"), [
+    (SAMPLES, "", CsvError, ["empty"]), ('"time"', '"t"', BaselineError, ["'t'", "time"]),
+    ("plant.at_stop", "plant.y.position", CsvError, ["row 1", "'plant.y.position'", "2 times"]),
+    ("0.05,0.0250001,0.0", "0.05,0.0250001", CsvError, ["row 3", "2 values", "3"]),
+    ("0.0250001", "fast", CsvError, ["row 3", "plant.y.position", "'fast'"]),
+    ("0.0250001", "nan", CsvError, ["row 3", "plant.y.position", "'nan'"]),
+    ("0.0250001", "-inf", CsvError, ["row 3", "plant.y.position", "'-inf'"]),
+    ("0.0250001", '"1" 2', CsvError, ["row 3", "plant.y.position", "'1 2'"]),
+    ("0.05,", "0.0,", CsvError, ["row 3", "time", "0", "0.0 s"]),
+    ("0.05,", "0.05001,", CsvError, ["row 3", "time", "0.05001", "0.0002 s"]),
+    ("0.05,0.0250001,0.0\n0.1,0.0250002,1.0\n", "", BaselineError, ["1 sample", "2"])])
+def test_malformed_samples(tmp_path: Path, old: str, new: str, kind: type[Exception], facts: list[str]) -> None:
     assert SAMPLES.count(old) == 1
-    expect(written(tmp_path, SAMPLES.replace(old, new)), message)
+    expect(written(tmp_path, SAMPLES.replace(old, new)), kind, *facts)
 
 
 def test_missing_and_unreadable_files(tmp_path: Path) -> None:
     file = baseline_file(written(tmp_path), "bad")
     file.write_bytes(b"\xff")
-    expect(tmp_path, f"{file.name}: has one column, expected a CSV file")
+    expect(tmp_path, CsvError, "one column")
     file.unlink()
-    expect(tmp_path, f"{file.name}: there is no such file, expected the baseline of a run")
+    expect(tmp_path, BaselineError, "`maglev check --update`")
 
 
-def expect(folder: Path, message: str) -> None:
-    """Reading the baseline named bad is refused in one line."""
-    with pytest.raises((BaselineError, CsvError)) as refusal:
+def expect(folder: Path, kind: type[Exception], *facts: str) -> None:
+    """Reading the baseline named bad is refused."""
+    with raises(kind, folder / "bad_ref.csv", *facts):
         read_baseline(folder, plan_of("bad"))
-    assert message in str(refusal.value)
-    assert str(refusal.value).startswith(str(folder / "bad_ref"))
-    assert "\n" not in str(refusal.value)
 
 
 def checked(interval: float = 0.05, *signals: str) -> RunPlan:
@@ -153,25 +149,24 @@ def test_goes_through_contact_and_trip_where_the_scenario_says_so() -> None:
 
 
 def test_recordings_that_make_no_baseline() -> None:
-    for plan, recording, message in (
-            (checked(), simulated(), "check.signals: expected at least one signal"),
-            (checked(0.05, "plant.v.positon"), simulated(), "nearest is 'plant.v.position'"),
-            (checked(0.0007, "plant.v.position"), simulated(), "expected a whole number of communication steps of"),
-            (checked(0.05, "plant.v.position"), simulated(at_stop=100), "1 samples before"),
-            (checked(0.05, "plant.v.position"), simulated(at_stop=0), "0 samples before")):
-        with pytest.raises((BaselineError, CsvError)) as refusal:
+    for plan, recording, *facts in (
+            (checked(), simulated(), "check.signals"),
+            (checked(0.05, "plant.v.positon"), simulated(), "plant.v.positon", "'plant.v.position'"),
+            (checked(0.0007, "plant.v.position"), simulated(), "check.interval", "0.0007 s", "0.0005 s"),
+            (checked(0.05, "plant.v.position"), simulated(at_stop=100), "check.interval", "0.05 s", "1 samples", "2"),
+            (checked(0.05, "plant.v.position"), simulated(at_stop=0), "check.interval", "0.05 s", "0 samples", "2")):
+        with raises(BaselineError, *facts):
             from_recording(plan, 0.0005, recording)
-        assert message in str(refusal.value)
     recording = simulated()
     recording.columns["plant.v.position"][200] = np.nan
-    with pytest.raises(BaselineError, match=r"plant.v.position is not finite at t = 0.1 s"):
+    with raises(BaselineError, "plant.v.position", "0.1 s"):
         from_recording(checked(0.05, "plant.v.position"), 0.0005, recording)
 
 
 def test_a_baseline_is_small(tmp_path: Path) -> None:
     time = 0.0005 * np.arange(60_000, dtype=float)
     large = Baseline("large", time, {"a": time / 3.0}, 0.0005)
-    with pytest.raises(BaselineError, match="expected at most 1000000"):
+    with raises(BaselineError, tmp_path / "large_ref.csv", 1000000, "check.interval"):
         write_baseline(tmp_path, large)
     assert not list(tmp_path.iterdir())
 
@@ -180,4 +175,4 @@ def test_a_baseline_is_a_plain_csv(tmp_path: Path) -> None:
     """What a spreadsheet has saved again may have lost bits."""
     file = baseline_file(written(tmp_path), "bad")
     file.write_text(file.read_text(encoding="utf-8").replace(",", ";"), encoding="utf-8")
-    expect(tmp_path, f"{file.name}: columns are separated by semicolons, expected a plain CSV, as `maglev check")
+    expect(tmp_path, BaselineError, "semicolons", "`maglev check --update`")

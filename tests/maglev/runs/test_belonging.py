@@ -9,11 +9,12 @@ from typing import Any
 import pytest
 from command_line import error_line
 from command_line import maglev as command
+from messages import raises
 
 import maglev
 from maglev.api import running
 from maglev.files.cache import digest_at
-from maglev.files.errors import CsvError, MaglevError
+from maglev.files.errors import CsvError, ScenarioError
 from maglev.runs import execution
 from maglev.runs.results import alone
 from maglev.scenario.loading import load_plan
@@ -64,11 +65,10 @@ def test_readers_refuse_the_files_of_two_runs(fastest_fmus: Path, excited: Path)
             assert maglev.identify("results/excited.csv").estimate.final["C1"] > 0.0
             assert load_plan("fed.toml").signals
             continue
-        message = "results/excited.csv: does not belong to excited.json next to it"
-        with pytest.raises(CsvError, match=message):
+        with raises(CsvError, "results/excited.csv", "excited.json") as refusal:
             maglev.identify("results/excited.csv")
-        assert message in error_line(command("identify", "results/excited.csv"))
-        with pytest.raises(MaglevError, match="does not belong to excited.json next to it"):
+        assert str(refusal.value) in error_line(command("identify", "results/excited.csv"))
+        with raises(ScenarioError, "fed.toml", "signals[0].file", "'results/excited.csv'", "excited.json"):
             load_plan("fed.toml")
     Path("results/excited.json").unlink()   # columns alone are a recording as any
     assert maglev.identify("results/excited.csv").estimate.final["C1"] > 0.0

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from messages import raises
 
 from maglev.files.errors import MeasurementError
 from maglev.runs.measures import measured_values
@@ -147,7 +148,7 @@ def test_times_of_stop_and_trip_are_values():
 
 def test_a_run_without_the_metric_is_refused():
     empty = Metrics((), (), (), {}, None, None, False)
-    with pytest.raises(MeasurementError, match="'a claim': the run has no overshoot"):
+    with raises(MeasurementError, "'a claim'", "overshoot"):
         judged(empty, metric="overshoot", relation="<", target="30 %")
 
 
@@ -190,5 +191,5 @@ def test_a_bound_is_one_of_all_that_its_axis_shows():
 
 
 def test_a_bound_of_what_was_not_recorded_names_the_nearest_column():
-    with pytest.raises(MeasurementError, match="column = 'plant.h' was not recorded, nearest is 'plant.v'"):
+    with raises(MeasurementError, "p. 1", "column", "'plant.h'", "'plant.v'"):
         judged(metrics=with_extremes(plant_v=(0.0, 1.0)), **HIGHEST)

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from messages import raises
 
 from maglev.files.errors import MeasurementError
 from maglev.runs.metrics import Metrics, MotorCurrents, StepResponse, TrackingError
@@ -106,9 +107,9 @@ def test_trips_and_lost_setpoints() -> None:
 
 
 def test_nothing_at_the_same_place_is_refused() -> None:
-    with pytest.raises(MeasurementError, match="fast has no overshoot at the same place"):
+    with raises(MeasurementError, "'a claim'", "fast", "overshoot"):
         judged(run({"z": (1.0,)}), metric="overshoot", relation="<", than="fast")
-    with pytest.raises(MeasurementError, match="z of fast has no overshoot at the same place"):
+    with raises(MeasurementError, "'a claim'", "z", "fast", "overshoot"):
         judged(SLOW, metric="overshoot", relation="<", than="fast", than_axis="z")
 
 

@@ -1,6 +1,5 @@
 """Experiments that FMUs carry: ours repeat, an altered one does not, anybody's are read, broken ones named."""
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
@@ -12,6 +11,7 @@ from command_line import error_line, maglev
 from faulty_fmus import faulty
 from fmpy.model_description import BaseUnit, ModelDescription, ScalarVariable, Unit, read_model_description
 from left_processes import require_none
+from messages import raises, require_facts
 
 from maglev.cosim.master import FmuSetup, Master
 from maglev.files.errors import FmuError
@@ -220,64 +220,59 @@ def test_parameters_are_in_the_units_of_the_fmu(own: str | None, value: str, sta
     file = File("a.ssv", ssv('name="x"', f"<p:Real {value}/>").encode())
     assert float(given_starts(file, description)["x"]) == pytest.approx(start, rel=1e-12)
     for wrong in ('value="1" unit="kg"', 'value="1" unit="cubit"'):
-        with pytest.raises(FmuError, match=f"a.ssv: parameter x = 1 .*: expected a value in {own or 1}, as the FMU"):
+        with raises(FmuError, "a.ssv", "x", "1", own or "1"):
             given_starts(File("a.ssv", ssv('name="x"', f"<p:Real {wrong}/>").encode()), description)
 
 
 BROKEN = {
-    "file": (TRANSIENT + '<References source="fal.csv"/>', {},
-             "names the file 'fal.csv', which is not in the FMU; nearest is 'fall.csv'"),
-    "outside": (TRANSIENT + '<References source="../../../fall.csv"/>', {}, "names the file '../../../fall.csv'"),
-    "kind": (f"<Linearization/>{REFERENCES}", {}, "Linearization, expected TransientSimulation"),
+    "file": (TRANSIENT + '<References source="fal.csv"/>', {}, ["'fal.csv'", "'fall.csv'"]),
+    "outside": (TRANSIENT + '<References source="../../../fall.csv"/>', {}, ["'../../../fall.csv'"]),
+    "kind": (f"<Linearization/>{REFERENCES}", {}, ["Linearization", "TransientSimulation"]),
     "type": (TRANSIENT + '<References type="application/hdf5" source="fall.csv"/>', {},
-             "References are of type application/hdf5, expected text/csv"),
-    "nothing": (TRANSIENT, {}, "experiment e has no References"),
-    "step": (f'<TransientSimulation stepSize="-1"/>{REFERENCES}', {}, "stepSize = '-1', expected a finite"),
+             ["References", "application/hdf5", "text/csv"]),
+    "nothing": (TRANSIENT, {}, ["experiment e", "References"]),
+    "step": (f'<TransientSimulation stepSize="-1"/>{REFERENCES}', {}, ["stepSize", "'-1'"]),
     "nan": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.position\n0,nan\n"},
-            "fall.csv: row 2, column v.position is 'nan', expected finite numbers"),
-    "ragged": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.position\n0,1,2\n"}, "row 2 has 3 values, expected 2"),
-    "column": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.positon\n0,1\n"},
-               "no column is a numeric variable of the FMU: v.positon: nearest is 'v.position'"),
-    "back": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.position\n1,1\n0,1\n"}, "row 3, column time is 0, expected"),
+            ["fall.csv", "row 2", "v.position", "'nan'"]),
+    "ragged": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.position\n0,1,2\n"}, ["row 2", "3 values", "2"]),
+    "column": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.positon\n0,1\n"}, ["v.positon", "'v.position'"]),
+    "back": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.position\n1,1\n0,1\n"}, ["row 3", "time", "0"]),
     "input": (f'{TRANSIENT}<Stimuli source="in.csv"/>{REFERENCES}', {"in.csv": "time,v.forc\n0,1\n"},
-              "in.csv: column v.forc is no input of the FMU, nearest is 'v.force'"),
+              ["in.csv", "v.forc", "'v.force'"]),
     "parameter": (f'{TRANSIENT}<Parameters source="a.ssv"/>{REFERENCES}', {
-        "a.ssv": ssv('name="C9"', '<p:Real value="1"/>')}, "a.ssv: the FMU has no parameter 'C9'; there are '"),
+        "a.ssv": ssv('name="C9"', '<p:Real value="1"/>')}, ["a.ssv", "'C9'"]),
     "text": (f'{TRANSIENT}<Parameters source="a.ssv"/>{REFERENCES}', {
-        "a.ssv": ssv('name="C1"', '<p:Real value="nan"/>')}, "a.ssv: parameter C1 = nan: expected a finite number"),
+        "a.ssv": ssv('name="C1"', '<p:Real value="nan"/>')}, ["a.ssv", "C1", "nan"]),
     "unit": (f'{TRANSIENT}<Parameters source="a.ssv"/>{REFERENCES}', {
         "a.ssv": ssv('name="v.position_start"', '<p:Real value="21" unit="mA"/>')},
-        "a.ssv: parameter v.position_start = 21 mA: expected a value in m, as the FMU declares it"),
-    "tolerance": (TRANSIENT + REFERENCES, {"fall.opt": "AbsTol,v.x,1\n"},
-                  "there is no column v.x, which has a tolerance"),
-    "word": (TRANSIENT + REFERENCES, {"fall.opt": "StepSize,0.0005\nStopTime\n"}, "line 2: row = 'StopTime': expected"),
-    "key": (TRANSIENT + REFERENCES, {"fall.opt": "Abstol,v.position,1\n"}, "row = 'Abstol,v.position,1': expected"),
-    "option": (TRANSIENT + REFERENCES, {"fall.opt": "AbsTol,v.position,-1\n"}, "AbsTol of v.position = -1.0, expected"),
+        ["a.ssv", "v.position_start", "21 mA", "m"]),
+    "tolerance": (TRANSIENT + REFERENCES, {"fall.opt": "AbsTol,v.x,1\n"}, ["v.x", "tolerance"]),
+    "word": (TRANSIENT + REFERENCES, {"fall.opt": "StepSize,0.0005\nStopTime\n"}, ["line 2", "'StopTime'"]),
+    "key": (TRANSIENT + REFERENCES, {"fall.opt": "Abstol,v.position,1\n"}, ["'Abstol,v.position,1'"]),
+    "option": (TRANSIENT + REFERENCES, {"fall.opt": "AbsTol,v.position,-1\n"}, ["AbsTol", "v.position", "-1.0"]),
     "longer": ('<TransientSimulation stopTime="0.01" stepSize="0.0005"/>' + REFERENCES, {},
-               "the run went from t = 0 s to 0.01 s, expected 0 s to 0.02 s, as the results do")}
+               ["0 s", "0.01 s", "0.02 s"])}
 
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_names_the_broken_file(name: str, fmus: Path, tmp_path: Path) -> None:
-    inside, files, expected = BROKEN[name]
+    inside, files, facts = BROKEN[name]
     given = {"fall.csv": FALL, **files}
     path = carrying(fmus / "Plant2DOF.fmu", tmp_path / "any.fmu", {
         "fmi-ls-manifest.xml": manifest(EXPERIMENT), **{file: text.encode() for file, text in given.items()},
         "all.exp": experiments(f'<Experiment name="e">{inside}</Experiment>')})
     status, message = outcome(path)
     assert status == "error"
-    assert expected in message
-    assert "\n" not in message
+    require_facts(message, *facts)
 
 
-@pytest.mark.parametrize(("data", "expected"), [(b"<a", "no element found|not well-formed|unclosed"),
-                                                (b"<a/>", "the root element is a, expected fmiReferences"),
-                                                (manifest(), "contains no experiments")])
-def test_a_broken_manifest(data: bytes, expected: str, fmus: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("data", "facts"), [(b"<a", ["line 1"]), (b"<a/>", ["a", "fmiReferences"]),
+                                             (manifest(), ["experiments"])])
+def test_a_broken_manifest(data: bytes, facts: list[str], fmus: Path, tmp_path: Path) -> None:
     path = carrying(fmus / "Commutation2DOF.fmu", tmp_path / "any.fmu", {"fmi-ls-manifest.xml": data})
     status, message = outcome(path)
     assert status == "error"
-    assert re.search(expected, message)
+    require_facts(message, "fmi-ls-manifest.xml", *facts)
 
 
 def test_a_result_belongs_to_its_experiment_alone(fmus: Path, tmp_path: Path) -> None:
@@ -332,7 +327,7 @@ def test_refuses_results_that_no_run_gives(columns: dict[str, list[float]], tmp_
     given = FmuRun({name: np.array(values) for name, values in columns.items()}, "")
     monkeypatch.setattr("maglev.runs.experiment_check.called_apart", lambda *_: given)
     (tmp_path / "theirs.fmu").write_bytes(b"theirs")
-    with pytest.raises(FmuError, match=r"^theirs.fmu has written into the pipe of its process$"):
+    with raises(FmuError, "theirs.fmu"):
         run_where_it_belongs(tmp_path / "theirs.fmu", Times(0.0, 1.0, 1.0, None), {}, None, ["y"],
                              lambda done, steps: None, 1.0)
 
@@ -359,9 +354,9 @@ def test_comparison_at_events_between_points_and_in_arrays() -> None:
     assert found(1.5, "count", 3.0) == ("count", 2.0)
     assert found(0.0, "both", 1.0, 2.0) is None
     assert found(0.0, "both", 1.0, 2.5) == ("both[2]", 2.0)
-    with pytest.raises(FmuError, match="both has 2 elements, expected 1"):
+    with raises(FmuError, "both", 2, 1):
         found(0.0, "both", 1.0)
-    with pytest.raises(FmuError, match="from t = 0 s to 2 s, expected 3 s to 3 s"):
+    with raises(FmuError, "0 s", "2 s", "3 s"):
         found(3.0, "line", 7.0)
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import raises
 
 import maglev
 from maglev.descriptions.packaged import PACKAGED_STAGES
@@ -134,12 +135,12 @@ def test_every_sample_of_a_study_follows(fastest_fmus: Path, tmp_path: Path) -> 
     assert "controller.C2 = 800 m/(s²·T²) instead of 796.99 m/(s²·T²)" in asked.result.provenance.changes
 
 
-@pytest.mark.parametrize(("settings", "controller", "message"), [
-    ({}, "Commutation3DOF.fmu", "model = plant: the controller has no C1, C2, C3, C4, C5, expected masses"),
-    ({"plant.y.mass": 0.0}, None, r"plant.y.mass = 0 kg, expected a number from 0.001 to 1e\+06 kg")])
-def test_refuses_a_model_that_cannot_follow(settings: dict[str, float], controller: str | None, message: str,
+@pytest.mark.parametrize(("settings", "controller", "facts"), [
+    ({}, "Commutation3DOF.fmu", ["model", "plant", "C1, C2, C3, C4, C5"]),
+    ({"plant.y.mass": 0.0}, None, ["plant.y.mass", "0 kg", "0.001", "1e+06 kg"])])
+def test_refuses_a_model_that_cannot_follow(settings: dict[str, float], controller: str | None, facts: list[str],
                                             fastest_fmus: Path) -> None:
-    with pytest.raises(ScenarioError, match=message):
+    with raises(ScenarioError, *facts):
         maglev.run("3dof-setpoints", fmus=fastest_fmus, set=settings, model="plant",
                    controller=controller and fastest_fmus / controller)
 
@@ -149,5 +150,5 @@ def test_constants_of_another_run_are_not_those_of_the_nominal_mass(fastest_fmus
     text = path.read_text(encoding="utf-8").replace("[fmus.plant.start]", "[fmus.controller.start_from]\n"
         'C2 = { run = "2dof-identification-rig", output = "estimator_10ms.C2" }\n[fmus.plant.start]')
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(ScenarioError, match="model = plant: follows takes controller.C2 from 2dof-identification-rig"):
+    with raises(ScenarioError, "model", "plant", "controller.C2", "2dof-identification-rig"):
         maglev.run_all([path], fmus=fastest_fmus, model="plant", out=tmp_path)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from messages import raises
 
 from maglev.files.errors import MeasurementError
 from maglev.runs import measuring
@@ -158,7 +159,7 @@ def test_tracking():
 
 def test_tracking_from_beyond_the_end_is_refused():
     settings = MetricSettings(tracking_from=11.0, fail_error=1.0)
-    with pytest.raises(MeasurementError, match=r"ends at 10.0 s.*tracking_from = 11.0 s"):
+    with raises(MeasurementError, "10.0 s", "tracking_from", "11.0 s"):
         run_metrics(plan(metrics=settings), TIME, hold())
 
 
@@ -266,7 +267,7 @@ def test_who_is_not_back_at_the_end_of_the_window_is_not_back():
     columns = hold(**{"plant.y.position": np.where((TIME >= 3.0) & (TIME < 5.0), 1e-3, 0.0)})
     (early,) = run_metrics(plan(events=[event], event_ends=[4.0]), TIME, columns).events
     assert early.deviations[0].recovery_time == {1e-4: math.inf, 1e-5: math.inf}
-    with pytest.raises(MeasurementError, match=r"ends at 2.0 s.*'push' at 3.0 s"):
+    with raises(MeasurementError, "2.0 s", "'push'", "3.0 s"):
         run_metrics(plan(events=[event], event_ends=[4.0]), TIME[:2001],
                     {name: values[:2001] for name, values in columns.items()})
 
@@ -310,18 +311,17 @@ def test_a_fall_counts_as_one_failure(fallen, lost):
         step for step in lost if any(start <= step + 2.0 - 1e-3 <= end for start, end in fallen)), "by its error alone"
 
 
-@pytest.mark.parametrize(("columns", "words"), [
-    ({"plant.y.positio": TIME, "controller.y.reference": TIME}, ["missing", "'plant.y.position'", "'plant.y.positio'"]),
-    (hold(**{"plant.y.position": TIME[:5]}), ["plant.y.position", "(5,)", "(10001,)"]),
-    (hold(**{"plant.y.position": np.where(TIME == 2.0, np.nan, 0.0)}), ["plant.y.position", "finite", "2000"])])
-def test_bad_columns_are_refused(columns, words):
-    with pytest.raises(MeasurementError) as refusal:
+@pytest.mark.parametrize(("columns", "facts"), [
+    ({"plant.y.positio": TIME, "controller.y.reference": TIME}, ["'plant.y.position'", "'plant.y.positio'"]),
+    (hold(**{"plant.y.position": TIME[:5]}), ["'plant.y.position'", "(5,)", "(10001,)"]),
+    (hold(**{"plant.y.position": np.where(TIME == 2.0, np.nan, 0.0)}), ["'plant.y.position'", "finite", "2000"])])
+def test_bad_columns_are_refused(columns, facts):
+    with raises(MeasurementError, *facts):
         run_metrics(plan(), TIME, columns)
-    assert all(word in str(refusal.value) for word in words)
 
 
 def test_no_samples_are_refused():
-    with pytest.raises(MeasurementError, match="at least one sample"):
+    with raises(MeasurementError, "time", "(0,)"):
         run_metrics(plan(), np.array([]), {})
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from command_line import maglev
+from messages import warns
 
 from maglev.api.running import run_all
 from maglev.cosim.fmi_versions import OWN_TOOL
@@ -73,7 +74,7 @@ def test_a_modified_run_has_no_verdict_on_the_thesis(fastest_fmus: Path, tmp_pat
 
 
 def test_the_page_says_which_controller_ran(fastest_fmus: Path, tmp_path: Path) -> None:
-    with pytest.warns(UserWarning, match=r"controller \(PID3DOF\.fmu\) has no"):
+    with warns("controller", "PID3DOF.fmu"):
         run_all([RUN], out=tmp_path, fmus=fastest_fmus, page=True, controller=fastest_fmus / "PID3DOF.fmu")
     page = (tmp_path / "report.html").read_text()
     assert "modified run: controller is PID3DOF.fmu" in page

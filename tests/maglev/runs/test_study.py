@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from messages import raises
 
 from maglev.files.errors import ScenarioError
 from maglev.runs.chain import compared_with, select
@@ -43,7 +44,7 @@ def test_selection() -> None:
     assert [run.name for run in select(["2dof-step-1", "2dof-step-1-linear", "3dof-setpoints"])] == [
         "2dof-step-1-nonlinear", "2dof-step-1-linear", "2dof-step-1-fed-forward", "3dof-setpoints"]
     assert {run.name for run in select(None)} == set(packaged_runs())
-    with pytest.raises(ScenarioError, match="there is no scenario '3dof-setpoint'; nearest is '3dof-setpoints'"):
+    with raises(ScenarioError, "'3dof-setpoint'", "'3dof-setpoints'"):
         select(["3dof-setpoint"])
 
 
@@ -51,7 +52,7 @@ def test_two_scenarios_of_one_name_are_refused(tmp_path: Path) -> None:
     paths = [tmp_path / name for name in ("a.toml", "b.toml")]
     for path in paths:
         path.write_text('name = "same"\ntitle = "A"\nstep = 1\nstop_time = 1\n[fmus.plant]\nmodel = "Plant2DOF"\n')
-    with pytest.raises(ScenarioError, match="b.toml: name = 'same': .*a.toml has it too"):
+    with raises(ScenarioError, paths[0], paths[1], "name", "'same'"):
         select([str(path) for path in paths])
 
 

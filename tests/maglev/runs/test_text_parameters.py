@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from example_builds import EXAMPLES, require_compiler, script
+from messages import raises
 from small_fmus import small_fmu
 
 from maglev.cosim.fmu import Fmu, checked_description, read_description
@@ -116,27 +117,22 @@ start = {{ tuning = "bandwidth 45", law = "soft" }}
     assert given(experiment) == {"tuning": "bandwidth 45", "law": 7}
 
 
-@pytest.mark.parametrize(("word", "message"), [
-    ("law=hard", "set: controller.law = hard: expected one of soft, firm"),
-    ("law=frim", "set: controller.law = frim: expected one of soft, firm; nearest is 'firm'"),
-    ("law=7.5", "'law' is Enumeration, expected a whole number"),
-    ("bandwidth=fast", "'fast' is not a quantity, expected a number and a unit such as '25 mm'"),
-    ("bandwidth=7,5", "'7,5' is not a quantity, expected a decimal point: '7.5'"),
-    ("tunin=fast", "controller has no parameter or input 'tunin'; nearest is 'tuning'")])
-def test_other_texts_are_refused(fmus: Path, controller: Path, word: str, message: str) -> None:
-    with pytest.raises(ScenarioError) as refused:
-        controlled(fmus, controller, [f"controller.{word}"]).check()
-    assert message in str(refused.value) and f"controller.{word.replace('=', ' = ')}" in str(refused.value)
+@pytest.mark.parametrize(("name", "value", "facts"), [
+    ("law", "hard", ["soft", "firm"]), ("law", "frim", ["soft", "'firm'"]), ("law", "7.5", ["Enumeration", "whole"]),
+    ("bandwidth", "fast", ["'fast'", "'25 mm'"]), ("bandwidth", "7,5", ["'7.5'"]), ("tunin", "fast", ["'tuning'"])])
+def test_other_texts_are_refused(fmus: Path, controller: Path, name: str, value: str, facts: list[str]) -> None:
+    with raises(ScenarioError, f"controller.{name}", value, *facts):
+        controlled(fmus, controller, [f"controller.{name}={value}"]).check()
 
 
 def test_a_number_is_no_text(fmus: Path, controller: Path) -> None:
-    with pytest.raises(ScenarioError, match="'tuning' is String, expected a text"):
+    with raises(ScenarioError, "controller.tuning", 45, "String"):
         controlled(fmus, controller, {"controller.tuning": 45}).check()
     assert given(controlled(fmus, controller, ["controller.tuning=45"])) == {"tuning": "45"}
 
 
 def test_what_an_fmu_says_of_a_text_is_said(fmus: Path, controller: Path) -> None:
-    with pytest.raises(FmuError, match=r"\.fmu\) refused fmi2SetString of tuning \(error\)"):
+    with raises(FmuError, "pd_controller.fmu", "fmi2SetString", "tuning"):
         controlled(fmus, controller, ["controller.tuning=as you like"]).run()
 
 
@@ -158,7 +154,7 @@ def test_check_takes_texts_and_items(tmp_path: Path, item: str) -> None:
     description = checked_description("theirs", small_fmu(tmp_path, {}))
     given = File("a.ssv", parameter_set(text=" a b", level=item).encode())
     assert given_starts(given, description) == {"text": " a b", "level": "4"}
-    with pytest.raises(ScenarioError, match=r"a\.ssv: parameter level = .*: expected one of low, high"):
+    with raises(ScenarioError, "a.ssv", "level", "low", "high"):
         given_starts(File("a.ssv", parameter_set(text="a", level="higher").encode()), description)
-    with pytest.raises(ScenarioError, match=r"a\.ssv: parameter x = a: 'a' is not a quantity"):
+    with raises(ScenarioError, "a.ssv", "x", "'a'", "'25 mm'"):
         given_starts(File("a.ssv", parameter_set(x="a", level="low").encode()), description)

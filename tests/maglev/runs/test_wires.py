@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from messages import raises
 
 from maglev.files.errors import ScenarioError
 from maglev.runs.plan_check import check_names
@@ -93,37 +94,31 @@ WIRE = '"y.measured" = "plant.y.encoder"'
 KEY = 'fmus.controller.inputs."y.measured"'
 
 
-@pytest.mark.parametrize(("old", "new", "words"), [
-    (WIRE, '"y.measured" = "plnt.y.encoder"', [f"{KEY} = 'plnt.y.encoder'", "no FMU 'plnt'; nearest is 'plant'"]),
-    (WIRE, '"y.measured" = "plant.y.encodr"', [KEY, "plant has no output 'y.encodr'; nearest is 'y.encoder'"]),
-    (WIRE, '"y.measured" = "plant.m.i_a_cmd"', [KEY, "'m.i_a_cmd' is of causality input, expected output"]),
+@pytest.mark.parametrize(("old", "new", "facts"), [
+    (WIRE, '"y.measured" = "plnt.y.encoder"', [KEY, "'plnt.y.encoder'", "'plant'"]),
+    (WIRE, '"y.measured" = "plant.y.encodr"', [KEY, "'plant.y.encodr'", "'y.encoder'"]),
+    (WIRE, '"y.measured" = "plant.m.i_a_cmd"', [KEY, "'plant.m.i_a_cmd'", "input", "output"]),
     (WIRE, '"y.measurd" = "plant.y.encoder"',
-     ['fmus.controller.inputs."y.measurd" = ',
-      "controller has no input or parameter 'y.measurd'; nearest is 'y.measured'"]),
-    (WIRE, 'gain = "plant.y.encoder"', ["fmus.controller.inputs.gain = ",
-                                        "'gain' is a fixed parameter, expected an input or a tunable parameter"]),
-    (WIRE, '"y.measured" = "plant.at_stop"', [KEY, "connects Boolean to Real, expected the same type"]),
-    (WIRE, '"y.measured" = "controller.m.i_a_cmd"', [KEY, "connects A to m, expected the same unit"]),
+     ['fmus.controller.inputs."y.measurd"', "controller", "'y.measurd'", "'y.measured'"]),
+    (WIRE, 'gain = "plant.y.encoder"', ["fmus.controller.inputs.gain", "'gain'", "fixed", "tunable"]),
+    (WIRE, '"y.measured" = "plant.at_stop"', [KEY, "'plant.at_stop'", "Boolean", "Real"]),
+    (WIRE, '"y.measured" = "controller.m.i_a_cmd"', [KEY, "'controller.m.i_a_cmd'", "A", "m"]),
     ('title = "Loop"', 'title = "Loop"\nconnections = [["plant.y.position", "controller.y.measured"]]',
-     [f"{KEY} = 'controller.y.measured'", "fed by connections[0][1] already, expected one source"]),
+     [KEY, "'controller.y.measured'", "connections[0][1]"]),
     ('[fmus.plant]\nmodel = "Plant"\n', f'[fmus.plant]\nmodel = "Plant"\n{SIGNAL}',
-     ["signals[0].to = 'controller.y.measured'", f"fed by {KEY} already"])])
-def test_inputs_that_do_not_fit_are_refused_by_their_key(loop: Path, old: str, new: str, words: list[str]) -> None:
+     ["signals[0].to", "'controller.y.measured'", KEY])])
+def test_inputs_that_do_not_fit_are_refused_by_their_key(loop: Path, old: str, new: str, facts: list[str]) -> None:
     assert LOOP.count(old) == 1
     loop.write_text(LOOP.replace(old, new))
-    with pytest.raises(ScenarioError) as caught:
+    with raises(ScenarioError, loop, *facts):
         check_names(load_plan(loop), DESCRIPTIONS, {})
-    assert all(word in str(caught.value) for word in [str(loop), *words]), str(caught.value)
 
 
-@pytest.mark.parametrize(("new", "words"), [
-    ('"y.measured" = 3', [f"{KEY} = 3", "expected a valid string"]),
-    ('"y.measured" = ["plant.y.encoder"]', [KEY, "expected a valid string"])])
-def test_a_source_is_one_name(loop: Path, new: str, words: list[str]) -> None:
-    loop.write_text(LOOP.replace(WIRE, new))
-    with pytest.raises(ScenarioError) as caught:
+@pytest.mark.parametrize("source", ["3", '["plant.y.encoder"]'])
+def test_a_source_is_one_name(loop: Path, source: str) -> None:
+    loop.write_text(LOOP.replace(WIRE, f'"y.measured" = {source}'))
+    with raises(ScenarioError, loop, KEY, source.replace('"', "'"), "string"):
         load_plan(loop)
-    assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
 def simulated(plan: RunPlan, fmus: Path) -> dict[str, np.ndarray]:

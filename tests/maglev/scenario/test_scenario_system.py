@@ -65,7 +65,7 @@ def test_names_parts_that_a_system_cannot_have(tmp_path: Path, table: str, facts
     path = tmp_path / "mine.toml"
     path.write_text(f'extends = ["loops/3dof.toml"]\nname = "mine"\ntitle = "Mine"\nstop_time = "1 s"\n{table}',
                     encoding="utf-8")
-    with raises(maglev.ScenarioError, path, *facts):
+    with raises(maglev.BuildError, path, *facts):
         maglev.build(ssp=path, fmus=tmp_path)
     assert [*tmp_path.iterdir()] == [path]
 
