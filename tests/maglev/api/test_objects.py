@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from facts import raises
 from identification_data import Data, record, trial
 from written_controllers import PD, controller
 from written_controllers import trial as scenario
 
 import maglev
+from maglev.files.errors import ControllerError, CsvError, IdentificationError, MaglevError, ScenarioError
 
 NAME = "2dof-smooth-nonlinear"
 TABLE = {"extends": "loops/2dof.toml", "name": "short", "title": "A short hold", "stop_time": "20 ms",
@@ -34,18 +36,16 @@ def test_a_scenario_as_a_table(fastest_fmus: Path, tmp_path: Path) -> None:
     assert np.array_equal(many["short"]["plant.v.position"], run["plant.v.position"])
 
 
-@pytest.mark.parametrize(("change", "words"), [
-    ({"stop_tim": "1 s"}, "table short [0-9a-f]{8}: stop_tim"),
-    ({"title": {1, 2}}, r"scenario given as a table: \{1, 2\}, expected what TOML has"),
-    ({"name": 5}, "table 5 [0-9a-f]{8}: name = 5"),
-])
-def test_a_table_that_is_no_scenario(change: dict[str, Any], words: str) -> None:
-    with pytest.raises(maglev.ScenarioError, match=words):
+@pytest.mark.parametrize(("change", "facts"), [
+    ({"stop_tim": "1 s"}, ["table short", "stop_tim", "'stop_time'"]), ({"title": {1, 2}}, ["table", "{1, 2}", "TOML"]),
+    ({"name": 5}, ["table 5", "name", "5", "string"])])
+def test_a_table_that_is_no_scenario(change: dict[str, Any], facts: list[str]) -> None:
+    with raises(ScenarioError, *facts):
         maglev.run({**TABLE, **change})
 
 
 def test_two_tables_of_one_name_are_refused(fastest_fmus: Path, tmp_path: Path) -> None:
-    with pytest.raises(maglev.ScenarioError, match="name = 'short': table short .*has it too"):
+    with raises(ScenarioError, "name", "'short'"):
         maglev.run_all([TABLE, {**TABLE, "stop_time": "30 ms"}], fmus=fastest_fmus, out=tmp_path)
 
 
@@ -83,14 +83,14 @@ def test_columns_are_identified_as_their_file_is(recorded: dict[str, np.ndarray]
 @pytest.mark.usefixtures("slow")
 def test_columns_that_cannot_be_used() -> None:
     recorded = columns_of(record("2dof", 1.5, 0.5e-3))
-    bad: list[tuple[Any, dict[str, str], str]] = [
-        ({**recorded, "gap": recorded["gap"][1:]}, {}, r"data: column gap has the shape \(\d+,\), expected as many"),
-        ({**recorded, "d": np.nan * recorded["d"]}, {}, "data: row 0, column d is 'nan', expected a finite number"),
-        (recorded, {"v": "gab"}, "columns: v='gab': there is no such column, nearest is 'gap'"),
-        ({**recorded, "gap": 1e3 * recorded["gap"]}, {}, "row 0, column gap is 2.*: for mm give units: "),
-        (5, {}, "int: .*expected a path, or columns of numbers by name")]
-    for data, columns, words in bad:
-        with pytest.raises(maglev.MaglevError, match=words):
+    bad: list[tuple[Any, dict[str, str], type[MaglevError], list[str]]] = [
+        ({**recorded, "gap": recorded["gap"][1:]}, {}, CsvError, ["data", "gap", f"({len(recorded['gap']) - 1},)"]),
+        ({**recorded, "d": np.nan * recorded["d"]}, {}, CsvError, ["data", "row 0", "d", "'nan'"]),
+        (recorded, {"v": "gab"}, IdentificationError, ["columns", "v='gab'", "'gap'"]),
+        ({**recorded, "gap": 1e3 * recorded["gap"]}, {}, IdentificationError, ["row 0", "gap", "mm"]),
+        (5, {}, IdentificationError, ["int", "path"])]
+    for data, columns, kind, facts in bad:
+        with raises(kind, *facts):
             maglev.identify(data, columns={**COLUMNS, **columns})
 
 
@@ -121,7 +121,7 @@ def test_many_runs_of_a_class(fastest_fmus: Path, tmp_path: Path, pd: Any) -> No
 def test_refuses_objects_that_cannot_be_copied(fastest_fmus: Path, tmp_path: Path, pd: Any) -> None:
     held = pd()
     held.file = (tmp_path / "log").open("w")
-    with held.file, pytest.raises(maglev.ControllerError, match="an object of the class PD cannot be copied: .*pickle"):
+    with held.file, raises(ControllerError, "PD", "pickle"):
         maglev.run(scenario(tmp_path), controller=held, fmus=fastest_fmus)
 
 
@@ -136,7 +136,7 @@ def test_a_class_is_built_from_its_file(tmp_path: Path, pd: Any) -> None:
         patch.setitem(sys.modules, "of_a_file", module)   # as an import has it
         file, = maglev.build(module.PD, fmus=tmp_path)
         assert file.name == "PD.fmu"
-        with pytest.raises(maglev.ControllerError, match="PD: an object outside any module.*give its file"):
+        with raises(ControllerError, "PD", "module", "file"):
             maglev.build(module.PD(), fmus=tmp_path)
-    with pytest.raises(maglev.ControllerError, match="PD: a class outside any module.*give its file"):
+    with raises(ControllerError, "PD", "module", "file"):
         maglev.build(pd, fmus=tmp_path)

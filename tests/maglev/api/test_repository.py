@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from command_line import error_line, maglev
+from facts import raises, require_facts
 
 import maglev as tool
 from maglev.files.errors import MaglevError
@@ -77,15 +78,15 @@ def test_a_specification_that_is_missed_fails(tmp_path: Path, monkeypatch: pytes
 def test_nothing_half_made_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     refused = error_line(maglev("new", "repository", "levitate", "--stage", "4dof"))
-    assert "stage = '4dof', expected one of 2dof, 3dof, 5dof" in refused
-    with pytest.raises(MaglevError, match="no/levitate: the folder no does not exist"):
+    require_facts(refused, "stage", "'4dof'", "2dof, 3dof, 5dof")
+    with raises(MaglevError, "no/levitate", "no"):
         tool.new_repository("no/levitate")
     (tmp_path / "there").mkdir()
-    with pytest.raises(MaglevError, match="there: already exists"):
+    with raises(MaglevError, "there"):
         tool.new_repository("there")
     tool.new_stage("mine.toml", "2dof")
     text = Path("mine.toml").read_text("utf-8")
     Path("mine.toml").write_text(text.replace("mass = 4.35 ", "mass = 435 "), "utf-8")
-    with pytest.raises(MaglevError, match="mine.toml"):
+    with raises(MaglevError, "mine.toml"):
         tool.new_repository("levitate", "mine.toml")
     assert {path.name for path in tmp_path.iterdir()} == {"there", "mine.toml", "mine-setpoints.toml"}

@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import error_line, maglev
+from facts import raises
 from identification_data import record
 
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.files.errors import IdentificationError, MaglevError
+from maglev.files.errors import IdentificationError, ScenarioError
 from maglev.identification.model_file import model_settings
 
 
@@ -47,7 +48,7 @@ def test_identify(recording: Path, tmp_path: Path) -> None:
     # A file that ends inside a number is TOML, too.
     text = (tmp_path / "mine.identified.toml").read_text(encoding="utf-8")
     (tmp_path / "mine.identified.toml").write_text(text[:text.rindex("\nC3 = ") + 8], encoding="utf-8")
-    with pytest.raises(IdentificationError, match="expected the line '# end of the constants': the file was cut"):
+    with raises(IdentificationError, "'# end of the constants'"):
         model_settings(tmp_path / "mine.identified.toml", PACKAGED_STAGES["2dof"])
 
 
@@ -83,27 +84,21 @@ def test_model_settings(tmp_path: Path, text: str, settings: dict[str, float]) -
     assert model_settings(model(tmp_path, text)) == settings
 
 
-@pytest.mark.parametrize(("text", "message"), [
-    ("", "has no constants, expected C1 = … in [plant], in [controller] or for both"),
-    ("C1 = \n", "TOML syntax: "),
-    ("[plant]\nC9 = 1.0\n", "plant.C9: unknown key, there are 'C1', 'C2', 'C3' and "),
-    ("[plnt]\nC1 = 1.0\n", "plnt: unknown key, nearest is 'plant'"),
-    ("plant = 3\n", "plant = 3: expected a table [plant]"),
-    ("[plant]\nC1 = 'x'\n", "plant.C1 = 'x': expected a number above 0"),
-    ("C1 = -1.0\n", "C1 = -1.0: expected a number above 0"),
-    ("C1 = true\n", "C1 = True: expected a number above 0"),
-    ("C1 = nan\n", "C1 = nan: expected a number above 0"),
-    ('stage = "6dof"\nC1 = 1.0\n', "stage = '6dof': expected one of 2dof, 3dof, 5dof"),
-    ('stage = "2dof"\nC5 = 1.0\n', "C5: unknown key, there are 'C1', 'C2', "),
-    ('stage = "2dof"\nC1 = 1.0\n', "stage = '2dof': expected constants of the stage 3dof")])
-def test_bad_models(tmp_path: Path, text: str, message: str) -> None:
+@pytest.mark.parametrize(("text", "facts"), [
+    ("", ["constants", "C1", "[plant]", "[controller]"]), ("C1 = \n", ["TOML", "line 1"]),
+    ("[plant]\nC9 = 1.0\n", ["plant.C9", "'C1', 'C2', 'C3'"]), ("[plnt]\nC1 = 1.0\n", ["plnt", "'plant'"]),
+    ("plant = 3\n", ["plant", "3", "[plant]"]), ("[plant]\nC1 = 'x'\n", ["plant.C1", "'x'", "above 0"]),
+    ("C1 = -1.0\n", ["C1", "-1.0", "above 0"]), ("C1 = true\n", ["C1", "True", "above 0"]),
+    ("C1 = nan\n", ["C1", "nan", "above 0"]),
+    ('stage = "6dof"\nC1 = 1.0\n', ["stage", "'6dof'", "2dof, 3dof, 5dof"]),
+    ('stage = "2dof"\nC5 = 1.0\n', ["C5", "'C1', 'C2'"]), ('stage = "2dof"\nC1 = 1.0\n', ["stage", "'2dof'", "3dof"])])
+def test_bad_models(tmp_path: Path, text: str, facts: list[str]) -> None:
     path = model(tmp_path, text)
-    with pytest.raises(MaglevError) as refused:
-        model_settings(path, PACKAGED_STAGES["3dof"] if "stage 3dof" in message else None)
-    assert str(refused.value).startswith(f"{path}: {message}")
+    with raises(IdentificationError, path, *facts):
+        model_settings(path, PACKAGED_STAGES["3dof"] if "3dof" in facts else None)
 
 
 def test_missing_model(tmp_path: Path) -> None:
     model(tmp_path, "C1 = 1.0\n")
-    with pytest.raises(MaglevError, match="cannot be read: No such file or directory, nearest is 'model.toml'"):
+    with raises(ScenarioError, "'model.toml'"):
         model_settings(tmp_path / "modle.toml")

@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from facts import raises
 from faulty_fmus import faulty
 from left_processes import AT_ONCE, ended, processes_with, require_none
 from native_builds import require_native_tools
@@ -260,7 +261,7 @@ def test_an_interrupted_update_leaves_every_baseline(fastest_fmus: Path, tmp_pat
         if done == steps:
             raise KeyboardInterrupt
 
-    with pytest.raises(Interrupted, match="interrupted: 1 of 2 runs were done"):
+    with raises(Interrupted, "1 of 2"):
         update_all(plans, tmp_path / "baselines", 1, interrupt)
     assert not (tmp_path / "baselines").exists()
     assert {result.status for result in update_all(plans, tmp_path / "baselines", 1, lambda *_: None)} == {"new"}

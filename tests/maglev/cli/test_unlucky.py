@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from command_line import error_line, maglev
+from facts import raises
 from faulty_fmus import faulty, faulty_run
 
 from maglev.cosim.master import RunFailed
@@ -52,8 +53,9 @@ def test_two_runs_into_one_folder_leave_whole_files(fmus: Path, tmp_path: Path) 
 def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
     path = tmp_path / "results.csv"
     path.write_text("before")
-    with pytest.raises(OSError, match=r"No space left on device: .*results\.csv"), whole_file(path):
+    with pytest.raises(OSError) as failure, whole_file(path):
         full_disk()
+    assert failure.value.filename == str(path)
     assert path.read_text() == "before"
     assert list(tmp_path.iterdir()) == [path]
 
@@ -61,12 +63,9 @@ def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
 def test_a_full_disk_does_not_hide_the_message_of_the_fmu(fmus: Path, tmp_path: Path,
                                                           monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("maglev.runs.results.csv.writer", full_disk)
-    with pytest.raises(RunFailed) as failure:
+    with raises(RunFailed, "0.1 s", "controller", "pd_controller.fmu", "fmi2DoStep", "status -1",
+                tmp_path / "2dof-step-1-nonlinear.partial.csv", "No space left on device"):
         execute(faulty_run(faulty("negative", tmp_path), fmus), tmp_path)
-    assert str(failure.value).startswith(
-        "at t = 0.1 s: controller (pd_controller.fmu) refused the step (fmi2DoStep: status -1): it gave no message; "
-        "what was recorded until then cannot be written: ")
-    assert str(failure.value).endswith(f"{tmp_path / '2dof-step-1-nonlinear.partial.csv'}: No space left on device")
 
 
 @pytest.mark.usefixtures("slow")

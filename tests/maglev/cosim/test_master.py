@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from facts import raises
 from pythonfmu.builder import FmuBuilder
 from sampled_loop import PHASES, sampled_loop
 
@@ -99,10 +100,9 @@ def test_a_second_run_is_that_of_new_fmus(fastest_fmus: Path) -> None:
 
 def test_refused_step_keeps_the_recording(fmus: Path) -> None:
     reference = [0.0] * 100 + [math.nan] * 401
-    with Master(three(fmus)[:2], loop_connections(), 2e-4) as master, pytest.raises(RunFailed) as failure:
+    with Master(three(fmus)[:2], loop_connections(), 2e-4) as master, \
+            raises(RunFailed, "0.02 s", "x.reference", "nan m") as failure:
         master.run(0.1, {"controller.x.reference": reference})
-    assert "t = 0.02 s" in str(failure.value)
-    assert "x.reference = nan m" in str(failure.value)
     recording = failure.value.recording
     assert len(recording.time) == 101
     assert np.isfinite(recording.columns["plant.y.position"]).all()
@@ -122,38 +122,37 @@ def test_interrupted_step_keeps_the_recording(fmus: Path) -> None:
 
     with Master(three(fmus)[:2], loop_connections(), 2e-4) as master:
         master.fmus["controller"].do_step = interrupt
-        with pytest.raises(RunInterrupted, match=r"at t = 0\.0246 s: interrupted") as failure:
+        with raises(RunInterrupted, "0.0246 s") as failure:
             master.run(0.1)
     assert len(failure.value.recording.time) == 124
     assert failure.value.recording.columns["plant.y.position"][-1] != 0.0
 
 
-@pytest.mark.parametrize(("connections", "drives", "message"), [
-    ([("plant.y.encoder", "controller.y.measurd")], {}, "no variable y.measurd; nearest is 'y.measured'"),
-    ([("plnt.y.encoder", "controller.y.measured")], {}, "there is no FMU plnt"),
-    ([("plant.y.force", "controller.y.measured")], {}, "plant.y.force is of causality input, expected an output"),
-    ([("plant.at_stop", "controller.y.measured")], {}, "differ in type"),
-    ([("plant.y.encoder", "controller.y.measured")] * 2, {}, "two sources"),
-    ([("plant.y.encoder", "controller.y.measured")], {"controller.y.measured": [0.0] * 6}, "two sources"),
-    ([("plant.y.encoder",)], {}, r"connection \('plant.y.encoder',\), expected a pair"),
-    ({"plant.y.encoder": "controller.y.measured"}, {}, "connection 'plant.y.encoder', expected a pair"),
-    ([], {"controller.y.reference": 0.025}, "driven by 0.025, expected 6 numbers"),
-    ([], {"controller.y.reference": [[0.0], [0.0]]}, "driven by .*, expected 6 numbers"),
-    ([], {"controller.y.reference": ["25 mm"] * 6}, "6 values, expected 6 numbers"),
-    ([], {"controller.y.reference": [0.0] * 5}, "5 values, expected 6")])
-def test_wrong_wiring(fmus: Path, connections: Any, drives: dict[str, Any],
-                      message: str) -> None:
-    with Master(three(fmus)[:2], connections, 2e-4) as master, pytest.raises(FmuError, match=message):
+@pytest.mark.parametrize(("connections", "drives", "facts"), [
+    ([("plant.y.encoder", "controller.y.measurd")], {}, ["y.measurd", "'y.measured'"]),
+    ([("plnt.y.encoder", "controller.y.measured")], {}, ["plnt", "controller", "plant"]),
+    ([("plant.y.force", "controller.y.measured")], {}, ["plant.y.force", "input", "output"]),
+    ([("plant.at_stop", "controller.y.measured")], {}, ["plant.at_stop", "controller.y.measured", "type"]),
+    ([("plant.y.encoder", "controller.y.measured")] * 2, {}, ["controller.y.measured", "two sources"]),
+    ([("plant.y.encoder", "controller.y.measured")], {"controller.y.measured": [0.0] * 6},
+     ["controller.y.measured", "two sources"]),
+    ([("plant.y.encoder",)], {}, ["('plant.y.encoder',)", "pair"]),
+    ({"plant.y.encoder": "controller.y.measured"}, {}, ["'plant.y.encoder'", "pair"]),
+    ([], {"controller.y.reference": 0.025}, ["controller.y.reference", "0.025", "6 numbers"]),
+    ([], {"controller.y.reference": [[0.0], [0.0]]}, ["controller.y.reference", "6 numbers"]),
+    ([], {"controller.y.reference": ["25 mm"] * 6}, ["controller.y.reference", "6 numbers"]),
+    ([], {"controller.y.reference": [0.0] * 5}, ["controller.y.reference", "5 values", "6 numbers"])])
+def test_wrong_wiring(fmus: Path, connections: Any, drives: dict[str, Any], facts: list[str]) -> None:
+    with Master(three(fmus)[:2], connections, 2e-4) as master, raises(FmuError, *facts):
         master.run(0.001, drives)
 
 
-@pytest.mark.parametrize(("start", "message"), [({"y.mas": 1.0}, "no variable y.mas; nearest is 'y.mass'"),
-                                                ({"y.mass": -1.0}, "y.mass = -1.0 kg, expected a number from 0.001"),
-                                                ({"y.mass": "7.5 kg"}, "plant.y.mass = '7.5 kg': it is Real"),
-                                                ({"y.mass": True}, "it is Real, expected a number")])
-def test_wrong_start_value(fmus: Path, start: dict[str, Any], message: str) -> None:
+@pytest.mark.parametrize(("start", "facts"), [
+    ({"y.mas": 1.0}, ["y.mas", "'y.mass'"]), ({"y.mass": -1.0}, ["y.mass", "-1.0 kg", "0.001"]),
+    ({"y.mass": "7.5 kg"}, ["plant.y.mass", "'7.5 kg'", "Real"]), ({"y.mass": True}, ["plant.y.mass", "True", "Real"])])
+def test_wrong_start_value(fmus: Path, start: dict[str, Any], facts: list[str]) -> None:
     plant = FmuSetup("plant", fmus / "Plant3DOF.fmu", start)
-    with Master([plant], [], 2e-4) as master, pytest.raises(FmuError, match=message):
+    with Master([plant], [], 2e-4) as master, raises(FmuError, *facts):
         master.run(0.001)
 
 
@@ -185,28 +184,26 @@ def test_start_values_of_each_type_of_third_party_fmus(tmp_path: Path) -> None:
 
     assert [level({"pumps": np.int64(2)}), level({"open": False}), level({"open": 1}), level({"label": "x"})] == [
         2.0, 0.0, 1.0, 1.0]
-    for start, expected in (({"pumps": 2.5}, "2.5: it is Integer, expected a whole number"),
-                            ({"open": 2}, "2: it is Boolean, expected true or false"),
-                            ({"label": 3}, "3: it is String, expected a text")):
-        with pytest.raises(FmuError, match=f"tank.{next(iter(start))} = {expected}"):
-            level(start)
+    for name, value, kind in ("pumps", 2.5, "Integer"), ("open", 2, "Boolean"), ("label", 3, "String"):
+        with raises(FmuError, f"tank.{name}", value, kind):
+            level({name: value})
 
 
 def test_stop_time_that_is_no_whole_number_of_steps(fmus: Path) -> None:
-    with Master(three(fmus)[:2], [], 2e-4) as master, pytest.raises(FmuError, match=r"stop time = 0\.0003 s"):
+    with Master(three(fmus)[:2], [], 2e-4) as master, raises(FmuError, "stop time", "0.0003 s", "0.0002 s"):
         master.run(0.0003)
 
 
 @pytest.mark.parametrize("step", [0.0, -1e-4, math.nan, math.inf])
 def test_step_that_is_not_positive(fmus: Path, step: float) -> None:
-    with pytest.raises(FmuError, match="communication step"):
+    with raises(FmuError, "communication step", step):
         Master(three(fmus)[:2], [], step)
 
 
 def test_refuses_impossible_setups(fmus: Path) -> None:
-    with pytest.raises(FmuError, match="two FMUs are called plant, expected"):
+    with raises(FmuError, "two FMUs", "plant"):
         Master([three(fmus)[1]] * 2, [], 2e-4)
-    with pytest.raises(FmuError, match="order = 'parallel', expected one of sequential, jacobi"):
+    with raises(FmuError, "order", "'parallel'", "sequential", "jacobi"):
         Master(three(fmus), [], 2e-4, "parallel")   # type: ignore[arg-type]
 
 
@@ -215,7 +212,7 @@ def test_paths_and_times_as_text(fmus: Path) -> None:
         recording = master.run("1 ms")
     assert repr(master) == "<Master of plant: every 0.0002 s>"
     assert repr(recording) == f"<Recording: 6 points to 0.001 s, {len(recording.columns)} columns>"
-    with pytest.raises(FmuError, match="the FMUs are freed: run before"):
+    with raises(FmuError, "freed"):
         master.run(0.001)
 
 
@@ -237,14 +234,14 @@ def test_takes_a_class_or_an_object_instead_of_a_path() -> None:
     for given in (Doubled, Doubled()):
         with Master([FmuSetup("law", given)], [], 0.5) as master:   # type: ignore[arg-type]
             assert master.run(1.0, {"law.u": [1.0, 2.0, 3.0]}).columns["law.y"].tolist() == [0.0, 2.0, 4.0]
-    with pytest.raises(ControllerError, match="None: expected a file, a class with a method step"):
+    with raises(ControllerError, "None"):
         FmuSetup("law", None)   # type: ignore[arg-type]
 
 
 def test_file_that_is_no_fmu(tmp_path: Path) -> None:
     path = tmp_path / "Plant.fmu"
-    with pytest.raises(FmuError, match="there is no file"):
+    with raises(FmuError, path):
         Master([FmuSetup("plant", path)], [], 1e-3)
     path.write_bytes(b"not a zip")
-    with pytest.raises(FmuError, match="cannot be read as an FMU"):
+    with raises(FmuError, path):
         Master([FmuSetup("plant", path)], [], 1e-3)

@@ -1,7 +1,6 @@
 """FMUs of others run in a process of their own: what one of them does there is named, and takes nothing with it."""
 
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -14,6 +13,7 @@ from typing import cast
 
 import numpy as np
 import pytest
+from facts import raises, require_facts
 from faulty_fmus import AT, claiming, faulty, faulty_run
 from left_processes import require_none
 from psutil import Process
@@ -83,17 +83,13 @@ def test_a_run_apart_is_the_run_here(fmus: Path, healthy: Recording, tmp_path: P
 
 
 @pytest.mark.few(2)
-@pytest.mark.parametrize(("fault", "message"), [
-    ("crash", "ended its process with SIGSEGV in fmi2DoStep"),
-    ("exit", "ended its process with exit code 0 in fmi2DoStep"),
-    ("hang", "has been silent for 5 s in fmi2DoStep"),
-    ("negative", "refused the step (fmi2DoStep: status -1): it gave no message")])
+@pytest.mark.parametrize(("fault", "fact"), [
+    ("crash", "SIGSEGV"), ("exit", "exit code 0"), ("hang", "5 s"), ("negative", "status -1")])
 def test_a_fault_in_a_step_is_named_and_keeps_the_recording(fmus: Path, healthy: Recording, tmp_path: Path,
-                                                            unpacked: Path, fault: str, message: str) -> None:
+                                                            unpacked: Path, fault: str, fact: str) -> None:
     experiment = faulty_run(faulty(fault, tmp_path), fmus, timeout=5.0)
-    with pytest.raises(RunFailed) as failure:
+    with raises(RunFailed, "0.1 s", "controller", "pd_controller.fmu", "fmi2DoStep", fact) as failure:
         experiment.run()
-    assert str(failure.value) == f"at t = 0.1 s: controller (pd_controller.fmu) {message}"
     require_beginning(failure.value.recording, healthy, ROWS)
 
 
@@ -148,9 +144,8 @@ def small_run(folder: Path, hole: str) -> Recording:
     ("IN_STEP", "fmi3DoStep", "0.1", 3), ("IN_TERMINATE", "fmi3Terminate", "0.3", 7)])
 def test_a_fault_of_fmi_3_is_named_as_it_is_called_there(tmp_path: Path, hole: str, call: str, time: str,
                                                          points: int) -> None:
-    with pytest.raises(RunFailed) as failure:
+    with raises(RunFailed, f"{time} s", "small.fmu", "SIGABRT", call) as failure:
         small_run(tmp_path, hole)
-    assert str(failure.value) == f"at t = {time} s: small (small.fmu) ended its process with SIGABRT in {call}"
     assert len(failure.value.recording.time) == points
 
 
@@ -165,25 +160,22 @@ def test_a_fault_of_fmi_3_after_the_end_is_named_as_it_is_called_there(tmp_path:
 
 
 @pytest.mark.few(3)
-@pytest.mark.parametrize(("fault", "time", "message"), [
-    ("cut the recording", r"0\.1", r"ended its process with SIGBUS in fmi2\w+.*"),
-    ("cut the counter", r"0(\.\d+)?", "ended its process with SIGBUS, after it truncated the count of calls"),
-    ("cut the recording in the end", r"0\.3", "has truncated the file of the recording"),
-    ("write into pipes", r"0\.\d+", "has written into the pipe of its process"),
-    ("close pipes", r"0\.\d+", "has closed the pipe of its process"),
-    ("error in the end", r"0\.3", "refused fmi2Terminate \\(error\\): it gave no message"),
-    ("crash in the end", r"0\.3", "ended its process with SIGSEGV in fmi2Terminate")])
+@pytest.mark.parametrize(("fault", "facts"), [
+    ("cut the recording", ["0.1 s", "SIGBUS"]), ("cut the counter", ["SIGBUS", "count of calls"]),
+    ("cut the recording in the end", ["0.3 s", "truncated", "recording"]), ("write into pipes", ["written", "pipe"]),
+    ("close pipes", ["closed", "pipe"]), ("error in the end", ["0.3 s", "fmi2Terminate"]),
+    ("crash in the end", ["0.3 s", "SIGSEGV", "fmi2Terminate"])])
 def test_what_ends_nothing_but_the_run(fmus: Path, healthy: Recording, tmp_path: Path, unpacked: Path, fault: str,
-                                       time: str, message: str) -> None:
+                                       facts: list[str]) -> None:
     """Whatever an FMU does to what it shares with this process, that continues and has a name for it."""
     experiment = faulty_run(faulty(fault, tmp_path), fmus)
     with pytest.raises((RunFailed, FmuError)) as failure:
         experiment.run()
+    require_facts(failure.value, "controller", "pd_controller.fmu", *facts)
     if fault == "cut the counter" and not isinstance(failure.value, RunFailed):   # nobody had read it before
-        assert str(failure.value) == f"controller (pd_controller.fmu) {message}"
         return
     assert isinstance(failure.value, RunFailed)
-    assert re.fullmatch(rf"at t = {time} s: controller \(pd_controller\.fmu\) {message}", str(failure.value))
+    assert str(failure.value).startswith("at t = ")
     recorded = failure.value.recording
     if not fault.startswith("cut"):
         require_beginning(recorded, healthy, len(recorded.time))
@@ -191,7 +183,7 @@ def test_what_ends_nothing_but_the_run(fmus: Path, healthy: Recording, tmp_path:
 
 
 def test_a_fault_in_loading_is_refused(fmus: Path, tmp_path: Path, unpacked: Path) -> None:
-    with pytest.raises(FmuError, match=r"controller \(pd_controller.fmu\) ended its process with SIGSEGV in loading"):
+    with raises(FmuError, "controller", "pd_controller.fmu", "SIGSEGV", "loading"):
         faulty_run(faulty("crash when loaded", tmp_path), fmus).run()
 
 
@@ -219,7 +211,7 @@ def test_interrupt_keeps_the_recording(fmus: Path, healthy: Recording, tmp_path:
 
     interrupts = [signal.SIGINT]
     monkeypatch.setattr(Follower, "calls", calls)
-    with pytest.raises(RunInterrupted, match=r"^at t = 0\.[01]\d* s: interrupted$") as failure:
+    with raises(RunInterrupted) as failure:
         faulty_run(faulty("hang", tmp_path), fmus).run()
     require_beginning(failure.value.recording, healthy, len(failure.value.recording.time))
     assert failure.value.number == signal.SIGINT
@@ -238,7 +230,7 @@ def test_interrupt_before_it_is_read_what_runs(fmus: Path, healthy: Recording, t
         return read(self, limit, sign)
 
     monkeypatch.setattr(WorkerProcess, "next", late)
-    with pytest.raises(RunInterrupted, match=r"^at t = 0\.[01]\d* s: interrupted$") as failure:
+    with raises(RunInterrupted) as failure:
         faulty_run(faulty("hang", tmp_path), fmus).run()
     require_beginning(failure.value.recording, healthy, len(failure.value.recording.time))
 
@@ -267,13 +259,14 @@ class Liar:
     [Wired([], [[]], [CALL], [["theirs.y"]])], [Wired([], [], [CALL], [["theirs.y"]])],
     [Wired([], [[CALL]], [], [["theirs.y"]])], [Wired([CALL], [[CALL]], [CALL], [["theirs.z"]])]], ids=range(11))
 def test_reports_that_no_run_sends_end_it(reports: list[object], tmp_path: Path) -> None:
-    with pytest.raises((FmuError, RunFailed), match=r"theirs \(theirs.fmu\) has written into the pipe of its process$"):
+    with pytest.raises((FmuError, RunFailed)) as failure:
         told(tmp_path, *reports)
+    require_facts(failure.value, "theirs.fmu", "written", "pipe")
 
 
 @pytest.mark.parametrize("rows", [99999999999999, 7, 3, -1])
 def test_a_failure_after_rows_that_are_not_there_has_those_that_are(rows: int, tmp_path: Path) -> None:
-    with pytest.raises(RunFailed, match="^boom$") as failure:
+    with raises(RunFailed, "boom") as failure:
         told(tmp_path, WIRED, Failed("boom", rows, ""))
     assert len(failure.value.recording.time) == max(0, min(rows, 5))
 
@@ -282,7 +275,7 @@ def test_a_failure_after_rows_that_are_not_there_has_those_that_are(rows: int, t
 def test_names_a_recording_without_a_file(name: str, tmp_path: Path) -> None:
     (tmp_path / "track0.float64").write_bytes(bytes(40))
     (tmp_path / "track0.float64").rename(tmp_path / name)
-    with pytest.raises(RunFailed, match="theirs.fmu. has truncated the file of the recording"):
+    with raises(RunFailed, "theirs.fmu", "recording"):
         told(tmp_path, WIRED, Finished(()), track=None)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from facts import raises
 from small_fmus import built_fmu
 
 from maglev.cosim.fmu import read_description
@@ -69,11 +70,10 @@ def test_numbers_of_every_type_arrive(typed: Path) -> None:
     assert recording.columns["a.out_Float64"][1:].tolist() == [1.0, 2.0, 3.0]
 
 
-@pytest.mark.parametrize(("kind", "value", "expected"), [
-    ("Int8", 128, "a whole number from -128 to 127"), ("UInt16", -1, "a whole number from 0 to 65535"),
-    ("UInt64", 0.5, "a whole number")])
-def test_refuses_a_number_that_a_type_does_not_hold(typed: Path, kind: str, value: float, expected: str) -> None:
-    with pytest.raises(FmuError, match=f"a.in_{kind} = {value}: it is {kind}, expected {expected}$"):
+@pytest.mark.parametrize(("kind", "value", "bounds"), [
+    ("Int8", 128, [-128, 127]), ("UInt16", -1, [0, 65535]), ("UInt64", 0.5, ["whole"])])
+def test_refuses_a_number_that_a_type_does_not_hold(typed: Path, kind: str, value: float, bounds: list[object]) -> None:
+    with raises(FmuError, f"a.in_{kind}", value, kind, *bounds):
         ran([FmuSetup("a", typed, {f"in_{kind}": value})], [], {})
 
 
@@ -113,7 +113,7 @@ def test_a_unit_with_an_offset_is_converted(typed: Path) -> None:
 def test_a_reference_to_no_variable_is_named(typed: Path, tmp_path: Path, old: str, new: str, said: str) -> None:
     with zipfile.ZipFile(typed) as archive, zipfile.ZipFile(tmp_path / "theirs.fmu", "w") as written:
         written.writestr("modelDescription.xml", archive.read("modelDescription.xml").decode().replace(old, new))
-    with pytest.raises(FmuError, match=f"cannot be read as an FMU: its model structure has {said}, expected"):
+    with raises(FmuError, "theirs.fmu", said):
         read_description("theirs", tmp_path / "theirs.fmu")
 
 
@@ -124,5 +124,5 @@ def test_start_values_that_an_fmu_takes_as_they_are_can_be_set() -> None:
     plan: Any = SimpleNamespace(source="run.toml")
     check = PortCheck(plan, {"plant": variables}, {})
     assert check.settable("fmus.plant.start.x", 1.0, "plant", "x").name == "x"
-    with pytest.raises(ScenarioError, match="'y' is of causality output, expected parameter or input"):
+    with raises(ScenarioError, "run.toml", "fmus.plant.start.y", "'y'", "output", "parameter", "input"):
         check.settable("fmus.plant.start.y", 1.0, "plant", "y")

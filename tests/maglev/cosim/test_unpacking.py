@@ -6,6 +6,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from facts import raises
 from written_controllers import controller
 
 import maglev
@@ -53,7 +54,7 @@ def test_without_a_folder_names_the_needs_of_fmus_that_run_python(
     inside.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(inside))
     monkeypatch.setattr(module, "TEMPORARY", (str(tmp_path / "absent"),))
-    with pytest.raises(FmuError, match="R&D: expected one that can be written to, with a path of ASCII letters"):
+    with raises(FmuError, inside, "ASCII"):
         unpacking_folder()
     folder = unpacking_folder(python=False)
     assert folder.parent == inside
@@ -99,5 +100,6 @@ def test_a_link_that_leads_out_of_the_folder_is_refused(tmp_path: Path, links: d
     (tmp_path / "secret").write_text("secret")
     folder = tmp_path / "out"
     folder.mkdir()
-    with pytest.raises(FmuError, match=r"^it has the link '.*' to '.*', expected one to a file in it$"):
+    name, target = [*links.items()][-1]
+    with raises(FmuError, repr(name), repr(target)):
         unpack(packed(tmp_path, links), folder)

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from messages import raises
+from facts import raises
 
 from maglev.files.environment import DATE, MOST_UNPACKED, NUMBERS, number_in
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from facts import raises
 from hypothesis import given
 from hypothesis import strategies as st
-from messages import raises
 
 from maglev.cosim.isolated_run import Stage, Wired
 from maglev.descriptions.packaged import PACKAGED_STAGES

@@ -8,8 +8,8 @@ import time
 from pathlib import Path
 
 import pytest
+from facts import raises
 from left_processes import processes_with, require_none
-from messages import raises
 
 from maglev.files.programs import output_of, python_environment
 

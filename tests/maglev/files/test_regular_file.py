@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from messages import raises, require_facts
+from facts import raises, require_facts
 
 from maglev.cosim.fmu import checked_description, read_description
 from maglev.files import whole_file

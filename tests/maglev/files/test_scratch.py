@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from messages import raises
+from facts import raises
 
 from maglev.files.scratch import PREFIX, ScratchFolders, scratch
 from maglev.files.session import SESSION

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from messages import raises
+from facts import raises
 
 from maglev.files.errors import CsvError, MaglevError
 from maglev.files.table import DataTable, given_table, read_table

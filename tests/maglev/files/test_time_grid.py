@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from facts import raises
 from hypothesis import example, given
 from hypothesis import strategies as st
-from messages import raises
 from tiny_study import SCENARIO
 
 from maglev.cosim.master import Master

@@ -2,9 +2,9 @@ import math
 
 import numpy as np
 import pytest
+from facts import raises
 from hypothesis import given
 from hypothesis import strategies as st
-from messages import raises
 
 from maglev.files.errors import QuantityError, ScenarioError
 from maglev.files.fmi_units import exponents

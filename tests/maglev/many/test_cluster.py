@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from facts import raises
 from tiny_study import of_a_crash, planned, simulate_samples
 
 import maglev
@@ -83,7 +84,7 @@ def test_a_sample_that_takes_its_workers_with_it(cluster: "LocalCluster", fastes
 def test_workers_of_another_version_are_refused(cluster: "LocalCluster", fastest_fmus: Path, tmp_path: Path,
                                                 monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dask_workers, "code_of_package", lambda: "0.0 (other)")
-    with pytest.raises(ScenarioError, match=r"worker tls://.* has maglev-fmus .*, expected 0\.0 \(other\)"):
+    with raises(ScenarioError, "maglev-fmus", "0.0 (other)"):
         simulated(cluster, planned(tmp_path, fastest_fmus), tmp_path)
     assert not (tmp_path / "study.parts").exists()
 
@@ -91,7 +92,7 @@ def test_workers_of_another_version_are_refused(cluster: "LocalCluster", fastest
 @pytest.mark.usefixtures("slow")
 def test_an_unreachable_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dask_workers, "REACHED_WITHIN", 0.5)
-    with pytest.raises(ScenarioError, match="scheduler = tcp://127.0.0.1:9: cannot be reached"), \
+    with raises(ScenarioError, "scheduler", "tcp://127.0.0.1:9"), \
             runners("tcp://127.0.0.1:9", 1):
         pass
 
@@ -100,7 +101,7 @@ def test_an_unreachable_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) ->
 def test_it_is_refused_before_anything_is_built(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(dask_workers, "REACHED_WITHIN", 0.5)
     monkeypatch.setattr("maglev.api.studying.experiments_of", None)   # which builds
-    with pytest.raises(ScenarioError, match="scheduler = tcp://127.0.0.1:9: cannot be reached"):
+    with raises(ScenarioError, "scheduler", "tcp://127.0.0.1:9"):
         maglev.study("2dof-step-1-nonlinear", vary={"plant.v.mass": [4.3]}, scheduler="tcp://127.0.0.1:9",
                      out=tmp_path)
 
@@ -111,7 +112,6 @@ def test_without_a_certificate_one_line_says_so(cluster: "LocalCluster") -> None
 
     with dask.config.set({"distributed.comm.tls.ca-file": None, "distributed.comm.tls.client.cert": None,
                           "distributed.comm.tls.client.key": None}), \
-            pytest.raises(ScenarioError, match=r"scheduler = tls://.*: cannot be reached .*TLS") as refusal, \
+            raises(ScenarioError, "scheduler", cluster.scheduler_address, "TLS"), \
             runners(str(cluster.scheduler_address), 1):
         pass
-    assert "\n" not in str(refusal.value)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from facts import raises
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
@@ -66,7 +67,7 @@ def test_a_matrix_that_is_no_covariance_is_refused() -> None:
     study = tiny(vary=[{"set": name, "kind": "normal", "mean": 4.0} for name in (MASS, FRICTION)],
                  correlated=[{"of": [MASS, FRICTION], "covariance": [[1.0, 2.0], [2.0, 1.0]]}],
                  design={"kind": "sobol", "samples": 4})
-    with pytest.raises(ScenarioError, match="positive definite"):
+    with raises(ScenarioError, "positive definite"):
         samples(study)
 
 
@@ -81,40 +82,37 @@ def test_saltelli_changes_one_column_at_a_time(varied: int, power: int) -> None:
             assert block[column + 1, column] == block[-1, column]
 
 
-@pytest.mark.parametrize(("table", "words"), [
-    ({"vary": []}, "vary = []"),
-    ({"vary": [{"set": MASS, "kind": "grid", "from": 1, "to": 2}]}, "vary[0].number: required key is missing"),
-    ({"vary": [{"set": MASS, "kind": "gird", "values": [1]}]}, "nearest is 'grid'"),
-    ({"vary": [{"set": MASS, "kind": "list", "values": [1], "low": 2}]}, "vary[0].low = 2: not allowed with kind"),
+@pytest.mark.parametrize(("table", "facts"), [
+    ({"vary": []}, ["vary", "[]"]),
+    ({"vary": [{"set": MASS, "kind": "grid", "from": 1, "to": 2}]}, ["vary[0].number", "missing"]),
+    ({"vary": [{"set": MASS, "kind": "gird", "values": [1]}]}, ["vary[0].kind", "'gird'", "'grid'"]),
+    ({"vary": [{"set": MASS, "kind": "list", "values": [1], "low": 2}]}, ["vary[0].low", "2", "kind"]),
     ({"vary": [{"set": MASS, "kind": "uniform", "low": 2, "high": 1}], "design": {"kind": "sobol", "samples": 2}},
-     "vary[0].high = 1: expected more than low = 2"),
-    ({"vary": [{"set": MASS, "kind": "uniform", "low": 1, "high": 2}]}, "vary[0].kind = 'uniform': expected grid or"),
-    ({"vary": [{"set": MASS, "kind": "log-uniform", "low": 0, "high": 2}]}, "vary[0].low = 0: expected more than 0"),
+     ["vary[0].high", "1", "low", "2"]),
+    ({"vary": [{"set": MASS, "kind": "uniform", "low": 1, "high": 2}]}, ["vary[0].kind", "'uniform'", "grid"]),
+    ({"vary": [{"set": MASS, "kind": "log-uniform", "low": 0, "high": 2}]}, ["vary[0].low", "0", "more than 0"]),
     ({"vary": [{"set": MASS, "kind": "normal", "mean": 1}], "design": {"kind": "sobol", "samples": 2}},
-     "vary[0].deviation: required key is missing"),
+     ["vary[0].deviation", "missing"]),
     ({"vary": [{"set": MASS, "kind": "normal", "mean": 1}],
       "correlated": [{"of": [MASS + "s", MASS], "covariance": [[1.0, 0.0], [0.0, 1.0]]}]},
-     f"correlated[0].of = '{MASS}s': expected names of entries with kind = 'normal'; nearest is '{MASS}'"),
-    ({"vary": 2 * [{"set": MASS, "kind": "list", "values": [1]}]}, "expected another name, this one is taken"),
-    ({"design": {"kind": "sobol", "samples": 3}}, "design.samples = 3: expected a power of 2"),
-    ({"design": {"kind": "halton"}}, "design.samples: required key is missing"),
-    ({"design": {"samples": 3}}, "design.samples = 3: not allowed"),
-    ({"limits": {"overshoot": {}}}, "required key is missing: expected max or min"),
-    ({"limits": {"overshoot": {"min": 0.3, "max": "20 %"}}}, "max = '20 %': expected at least min = 0.3"),
-    ({"colour": "red"}, "colour = 'red': unknown key")])
-def test_bad_files_are_refused_in_one_line(table: dict[str, object], words: str) -> None:
-    with pytest.raises(ScenarioError) as refusal:
+     ["correlated[0].of", f"'{MASS}s'", "'normal'", f"'{MASS}'"]),
+    ({"vary": 2 * [{"set": MASS, "kind": "list", "values": [1]}]}, [f"'{MASS}'", "another name"]),
+    ({"design": {"kind": "sobol", "samples": 3}}, ["design.samples", "3", "power of 2"]),
+    ({"design": {"kind": "halton"}}, ["design.samples", "missing"]),
+    ({"design": {"samples": 3}}, ["design.samples", "3"]),
+    ({"limits": {"overshoot": {}}}, ["limits.overshoot", "max", "min"]),
+    ({"limits": {"overshoot": {"min": 0.3, "max": "20 %"}}}, ["limits.overshoot.max", "'20 %'", "0.3"]),
+    ({"colour": "red"}, ["colour", "'red'"])])
+def test_bad_files_are_refused_in_one_line(table: dict[str, object], facts: list[str]) -> None:
+    with raises(ScenarioError, "study.toml", *facts):
         tiny(**table)
-    assert words in str(refusal.value)
-    assert str(refusal.value).startswith("study.toml: ")
-    assert "\n" not in str(refusal.value)
 
 
-@pytest.mark.parametrize("values", [{"kind": "list", "values": [4, "5 kg", 5.0]},
-                                    {"kind": "grid", "from": 4, "to": 4, "number": 3}])
-def test_a_value_is_once_in_a_grid(values: dict[str, object]) -> None:
+@pytest.mark.parametrize(("values", "different"), [({"kind": "list", "values": [4, "5 kg", 5.0]}, 2),
+                                                   ({"kind": "grid", "from": 4, "to": 4, "number": 3}, 1)])
+def test_a_value_is_once_in_a_grid(values: dict[str, object], different: int) -> None:
     """Its samples would be the same, and have one cell of a map, and one place of an array."""
-    with pytest.raises(ScenarioError, match=f"{MASS}: 3 values of which [12] differ, expected each once in a design"):
+    with raises(ScenarioError, MASS, "3 values", different):
         samples(tiny(vary=[{"set": MASS, **values}]))
     drawn = samples(tiny(vary=[{"set": MASS, **values}], design={"kind": "latin hypercube", "samples": 3}))
     assert samples(tiny(vary=[{"set": MASS, **values}], design={"kind": "rows"})).tolist() == sorted(drawn.tolist())
@@ -122,7 +120,7 @@ def test_a_value_is_once_in_a_grid(values: dict[str, object]) -> None:
 
 def test_too_many_samples_are_refused() -> None:
     vary = [{"set": f"plant.p{i}", "kind": "grid", "from": 0, "to": 1, "number": 200} for i in range(3)]
-    with pytest.raises(ScenarioError, match=r"design: 8e\+06 samples, expected at most 1e\+06"):
+    with raises(ScenarioError, "design", "8e+06", "1e+06"):
         samples(tiny(vary=vary))
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from facts import raises
 from tiny_study import UNCHANGED, planned, scenario, tiny
 
 import maglev
@@ -32,53 +33,47 @@ def sampled(**design: object) -> dict[str, object]:
             "design": {"kind": "latin hypercube", **design}}
 
 
-@pytest.mark.parametrize(("table", "words"), [
-    (varied(set="plant.v.mas"), "plant has no parameter 'v.mas'; nearest is 'v.mass'"),
-    (varied(set="plan.v.mass"), "there is no FMU 'plan', nearest is 'plant'"),
-    (varied(set="plant.v.position"), "is of causality output, expected a parameter or an input"),
-    (varied(set="controller.v.measured"), "is fed from the start, expected a parameter"),
-    (varied(set="plant.h.position_start", mode="factor"), "a factor on 0 varies nothing, expected values"),
-    (varied(set="reference.v.ende"), "nearest is 'end'"),
-    (varied(set="plant.v.mass", values=["4 N"]), "4 N: is in N, expected a quantity in kg"),
-    (varied(set="plant.v.mass", values=["4 kg"], mode="factor"), "is in kg, expected a factor"),
-    (varied(set="plant.v.mass", values=[True]), "True: plant.v.mass is a number"),
-    (varied(set="controller.antiwindup", values=[1.0]), "is Boolean, expected true or false"),
+@pytest.mark.parametrize(("table", "facts"), [
+    (varied(set="plant.v.mas"), ["plant", "'v.mas'", "'v.mass'"]),
+    (varied(set="plan.v.mass"), ["'plan'", "'plant'"]),
+    (varied(set="plant.v.position"), ["plant.v.position", "output", "parameter", "input"]),
+    (varied(set="controller.v.measured"), ["controller.v.measured", "parameter"]),
+    (varied(set="plant.h.position_start", mode="factor"), ["plant.h.position_start", "factor", "0"]),
+    (varied(set="reference.v.ende"), ["reference.v.ende", "'end'"]),
+    (varied(set="plant.v.mass", values=["4 N"]), ["4 N", "kg"]),
+    (varied(set="plant.v.mass", values=["4 kg"], mode="factor"), ["4 kg", "factor"]),
+    (varied(set="plant.v.mass", values=[True]), ["plant.v.mass", "True", "number"]),
+    (varied(set="controller.antiwindup", values=[1.0]), ["controller.antiwindup", "Boolean", "true", "false"]),
     ({"vary": [{"set": "controller.antiwindup", "kind": "grid", "from": False, "to": True, "number": 3}]},
-     "is Boolean, expected no value between false and true"),
-    (varied(set="plant.v.mass", values=[4.0, -1.0, -2.0]),
-     "plant.v.mass: 2 of 3 samples are out of range, the first is -1, expected 0.001 to 1e+06 kg"),
-    ({"metrics": ["overshot of v"]}, "there is no metric 'overshot of v'; nearest is 'overshoot of v'"),
-    ({"limits": {"overshoot of v": {"max": "2 s"}}}, "'2 s' is in s, expected a quantity in 1"),
-    ({"keep": ["plant.v.positio"]}, "nearest is 'plant.v.position'"),
+     ["controller.antiwindup", "Boolean", "between false and true"]),
+    (varied(set="plant.v.mass", values=[4.0, -1.0, -2.0]), ["plant.v.mass", "2 of 3", "-1", "0.001", "1e+06 kg"]),
+    ({"metrics": ["overshot of v"]}, ["'overshot of v'", "'overshoot of v'"]),
+    ({"limits": {"overshoot of v": {"max": "2 s"}}}, ["overshoot of v", "'2 s'", "1"]),
+    ({"keep": ["plant.v.positio"]}, ["plant.v.positio", "'plant.v.position'"]),
     ({"keep": ["plant.v.position", "plant.h.position", "plant.v.position"]},
-     "keep[2] = 'plant.v.position': is listed twice"),
-    ({"keep_interval": "0.7 ms"}, "keep_interval = 0.0007 s: expected a whole number of communication steps of 0.0005"),
-    ({"keep_interval": "0.1 ms"}, "keep_interval = 0.0001 s: expected a whole number"),
-    ({"keep_interval": 1e308}, "keep_interval = 1e+308 s: expected a whole number"),
-    ({"keep_interval": "1 s"}, "up to the stop time = 0.2 s"),
-    ({"sample_timeout": 1e300}, "sample_timeout = 1e+300 s: expected at most 1e+06 s"),
-    ({"limits": {"overshoot": {"min": "50 %", "max": "20 %"}}},
-     "limits.overshoot.max = '20 %': expected at least min = 50 %"),
+     ["keep[2]", "'plant.v.position'", "twice"]),
+    ({"keep_interval": "0.7 ms"}, ["keep_interval", "0.0007 s", "0.0005 s"]),
+    ({"keep_interval": "0.1 ms"}, ["keep_interval", "0.0001 s", "0.0005 s"]),
+    ({"keep_interval": 1e308}, ["keep_interval", "1e+308 s"]), ({"keep_interval": "1 s"}, ["keep_interval", "0.2 s"]),
+    ({"sample_timeout": 1e300}, ["sample_timeout", "1e+300 s", "1e+06 s"]),
+    ({"limits": {"overshoot": {"min": "50 %", "max": "20 %"}}}, ["limits.overshoot.max", "'20 %'", "50 %"]),
     ({"limits": {"overshoot": {"min": "50 %"}, "overshoot of h": {"max": 0.1}}},
-     "limits.overshoot of h: overshoot of h would have to be 0.5 at least and 0.1 at most"),
-    (sampled(samples=True), "design.samples = True: expected a valid integer"),
-    (sampled(samples="3"), "design.samples = '3': expected a valid integer"),
-    (sampled(samples=3, seed="1"), "design.seed = '1': expected a valid integer"),
+     ["limits.overshoot of h", "0.5", "0.1"]),
+    (sampled(samples=True), ["design.samples", "True", "integer"]),
+    (sampled(samples="3"), ["design.samples", "'3'", "integer"]),
+    (sampled(samples=3, seed="1"), ["design.seed", "'1'", "integer"]),
     ({"vary": [{"set": "plant.v.mass", "kind": "grid", "from": 4, "to": 5, "number": True}]},
-     "vary[0].number = True: expected a valid integer")])
-def test_refused(table: dict[str, object], words: str, fastest_fmus: Path, tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError) as refusal:
+     ["vary[0].number", "True", "integer"])])
+def test_refused(table: dict[str, object], facts: list[str], fastest_fmus: Path, tmp_path: Path) -> None:
+    with raises(ScenarioError, "study.toml", *facts):
         planned(tmp_path, fastest_fmus, **table)
-    assert words in str(refusal.value)
-    assert str(refusal.value).startswith("study.toml")
-    assert "\n" not in str(refusal.value)
 
 
 def test_a_study_that_does_not_fit_on_the_disk_is_refused(fastest_fmus: Path, tmp_path: Path,
                                                           monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "disk_usage", lambda _path: Usage(0, 0, 1e8 + 1e5))
     planned(tmp_path, fastest_fmus)
-    with pytest.raises(ScenarioError, match=r"20 samples would take .* where .* are free"):
+    with raises(ScenarioError, "20 samples"):
         planned(tmp_path, fastest_fmus, keep=["plant.v.position"], keep_interval="0.5 ms")
 
 
@@ -108,9 +103,9 @@ def test_what_varies_cannot_be_set_as_well(given: dict[str, str | float], tmp_pa
     """Each run would overwrite it; what a factor is of can be set."""
     name, = given
     both = {"set": ["plant.v.mass", "plant.h.mass"], "kind": "list", "values": [1.0]}
-    with pytest.raises(ScenarioError, match=rf"set: .*{name}.*: {name} is set and varied, expected one of both"):
+    with raises(ScenarioError, "set", name):
         maglev.study(tiny(vary=[both], set=given), fmus=tmp_path)
-    with pytest.raises(ScenarioError, match=f"{name} is set and varied"):
+    with raises(ScenarioError, name):
         maglev.study(scenario(tmp_path), vary={name: [4.0]}, set=given, fmus=tmp_path)
     require_free(start_values({name: 1}), tiny(vary=[{**both, "mode": "factor"}]).vary, "study.toml")
 
@@ -125,10 +120,10 @@ def test_values_may_be_of_numpy(tmp_path: Path) -> None:
              np.array([True])}
     study = studying.varied("2dof-setpoints", given, None, (), None, 0)
     assert [[value.value for value in entry.values or ()] for entry in study.vary] == [[4, 5], [1.5], [True]]
-    for vary, keep, words in (({"plant.v.mass": None}, (), "required key is missing with kind = 'list'"),
-                              ({"plant.v.mass": 4.0}, (), "values = 4.0: expected a valid list"),
-                              ({"plant.v.mass": [4.0]}, "plant.v.force", "keep = 'plant.v.force': expected a valid")):
-        with pytest.raises(ScenarioError, match=words):
+    for vary, keep, *facts in (({"plant.v.mass": None}, (), "values", "'list'"),
+                               ({"plant.v.mass": 4.0}, (), "values", "4.0", "list"),
+                               ({"plant.v.mass": [4.0]}, "plant.v.force", "keep", "'plant.v.force'", "list")):
+        with raises(ScenarioError, *facts):
             maglev.study(scenario(tmp_path), vary=vary, keep=keep)   # type: ignore[arg-type]
 
 

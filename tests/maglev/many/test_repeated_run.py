@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from facts import raises
 from tiny_study import experiment, scenario
 
 import maglev
@@ -72,23 +73,20 @@ def test_what_measures_stays_while_steps_are_at_the_same_samples(native_fmus: Pa
 def test_a_refusal_leaves_the_next_run_alone(fastest_fmus: Path, tmp_path: Path) -> None:
     with RepeatedRun(experiment(tmp_path, fastest_fmus)) as trial:
         before = {name: values.copy() for name, values in trial.run({})[1].items()}
-        with pytest.raises(RunFailed, match="sample_time"):
+        with raises(RunFailed, "sample_time", "0.0007 s", "0.0005 s"):
             trial.run({"controller.sample_time": 0.7e-3})
         _, after = trial.run({})
         assert all(np.array_equal(after[name], values) for name, values in before.items())
 
 
-@pytest.mark.parametrize(("setting", "words"), [
-    ("reference.h.amplitud=2", "nearest is 'amplitude'"), ("reference.w.end=2", "has no axis 'w', there are '"),
-    ("reference.h.end=2 kg", "expected a number, or a quantity in m"),
-    ("reference.plant.C2.end=2", "has no axis 'plant.C2', there are '"),
-    ("reference.h.time=-1 s", "reference.h.time = -1 s, expected a time after the step before, at 0 s"),
-    ("reference.h.time=20 mm", "expected a number, or a quantity in s")])
-def test_references_that_cannot_be_set_are_refused(setting: str, words: str, fastest_fmus: Path,
+@pytest.mark.parametrize(("name", "value", "facts"), [
+    ("reference.h.amplitud", "2", ["'amplitude'"]), ("reference.w.end", "2", ["'w'"]),
+    ("reference.h.end", "2 kg", ["m"]), ("reference.plant.C2.end", "2", ["'plant.C2'"]),
+    ("reference.h.time", "-1 s", ["0 s"]), ("reference.h.time", "20 mm", ["s"])])
+def test_references_that_cannot_be_set_are_refused(name: str, value: str, facts: list[str], fastest_fmus: Path,
                                                    tmp_path: Path) -> None:
-    with pytest.raises(maglev.ScenarioError) as refusal:
-        maglev.run(scenario(tmp_path), fmus=fastest_fmus, set=[setting])
-    assert words in str(refusal.value)
+    with raises(maglev.ScenarioError, name, value, *facts):
+        maglev.run(scenario(tmp_path), fmus=fastest_fmus, set=[f"{name}={value}"])
 
 
 def test_other_references_are_in_the_provenance(fastest_fmus: Path, tmp_path: Path) -> None:

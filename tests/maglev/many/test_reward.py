@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from facts import raises
 
 from maglev.files.errors import ScenarioError
 
@@ -50,16 +51,13 @@ def test_rewards_of_terms_and_functions_by_hand(make: Make) -> None:
     assert rewards[0][-1] == pytest.approx(-2.0 * ((3e-3 - x) / 124e-3)**2 - 0.5 * np.mean(speeds**2) - 3.0, 1e-12)
 
 
-@pytest.mark.parametrize(("reward", "words"), [
-    ({"eror": 1.0}, "there is no term 'eror'; nearest is 'error'"),
-    ({"error": "much"}, "error = 'much', expected a number"), ({"error": float("nan")}, "expected a number"),
-    (3.0, "reward = 3.0, expected weights by term"),
-    (lambda seen: seen["y.positon"], "there is no signal 'y.positon'; nearest is 'y.position'"),
-    (lambda seen: 1.0 if seen["y.position"] > 0.0 else 0.0, "expected one of arrays of shape (environments,)"),
-    (lambda seen: 1.0, r"gives the shape (), expected (2,)"),
-    (lambda seen: seen["y.position"] + np.inf, "gives inf, expected a number for each")],
+@pytest.mark.parametrize(("reward", "facts"), [
+    ({"eror": 1.0}, ["'eror'", "'error'"]), ({"error": "much"}, ["error", "'much'", "number"]),
+    ({"error": float("nan")}, ["error", "nan", "number"]), (3.0, ["reward", "3.0"]),
+    (lambda seen: seen["y.positon"], ["'y.positon'", "'y.position'"]),
+    (lambda seen: 1.0 if seen["y.position"] > 0.0 else 0.0, ["(environments,)"]), (lambda seen: 1.0, ["()", "(2,)"]),
+    (lambda seen: seen["y.position"] + np.inf, ["inf", "number"])],
                          ids=lambda given: "a function" if callable(given) else str(given))
-def test_refused_rewards(make: Make, reward: Any, words: str) -> None:
-    with pytest.raises(ScenarioError) as raised:
+def test_refused_rewards(make: Make, reward: Any, facts: list[str]) -> None:
+    with raises(ScenarioError, *facts):
         make("3dof", reward=reward)
-    assert words in str(raised.value) and "\n" not in str(raised.value)

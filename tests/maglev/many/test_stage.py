@@ -12,6 +12,7 @@ import gymnasium
 import numpy as np
 import pytest
 from environments import STAGE_NAMES, environment, same_bits, simulated
+from facts import raises
 from gymnasium.utils.env_checker import check_env
 
 import maglev
@@ -115,7 +116,7 @@ def test_an_action_of_another_shape_is_refused(make: Make, action: Any) -> None:
     """And nothing is done: what numpy would broadcast is no action for each current."""
     env = make("3dof")
     env.reset(seed=1)
-    with pytest.raises(ScenarioError, match=r"^action of shape \(.*\), expected \(4,\): a current \(A\) for each"):
+    with raises(ScenarioError, "action", np.shape(action), "(4,)", "A"):
         env.step(action)
     first = env.step([0.1, 0.2, 0.3, 0.4])[0]
     other = make("3dof")
@@ -235,38 +236,37 @@ def test_vector_environments(make: Make, folder: Path, kind: Any) -> None:
         assert same_bits(alone, np.ascontiguousarray(np.array(found)[:, i]))
 
 
-@pytest.mark.parametrize(("options", "error", "words"), [
-    ({"y.masss": 7.0}, UnknownName, "nearest is 'y.mass'"),
-    ({"y.mass": "7 mm"}, ScenarioError, "y.mass: '7 mm' is in mm, expected a quantity in kg"),
-    ({"y.mass": -1.0}, ScenarioError, "y.mass = -1 kg, expected a number from 0.001"),
-    ({"y.mass": float("nan")}, ScenarioError, "y.mass"),
-    ({"y.mass": (7.0, 6.0)}, ScenarioError, "expected the lower value first"),
-    ({"y.mass": (6.0, 7.0, 8.0)}, ScenarioError, "expected a value or a pair"),
-    ({"C1": "0.6 m"}, ScenarioError, "expected a quantity in m/(s2.A)"),
-    ({"y.locked": 1.0}, ScenarioError, "expected true or false"),
-    ({"action": "volts"}, ScenarioError, "action = 'volts'"),
-    ({"reference": "ramp"}, ScenarioError, "reference = 'ramp'"),
-    ({"reference": [[0.025, 0.0]]}, ScenarioError, r"expected (samples, 3)"),
-    ({"reference": [[0.025, 0.0, 1.0]]}, ScenarioError, "expected every axis between its stops"),
-    ({"sample_time": "0.3 ms"}, ScenarioError, "expected a multiple"),
-    ({"sample_time": "0 s"}, ScenarioError, "expected a time above 0 s"),
-    ({"duration": "2 mm"}, ScenarioError, "duration = '2 mm': '2 mm' is in mm"),
-    ({"duration": 1e12}, ScenarioError, "duration = 1000000000000.0, expected 1 to 1e+08 samples"),
-    ({"reference": [[0.025, 0.0, 0.0], [0.025]]}, ScenarioError, "expected an array of numbers, (samples, 3)"),
-    ({"duration": 1e-5}, ScenarioError, "expected 1 to 1e+08 samples of 0.0002 s")], ids=str)
-def test_refused_options(make: Make, options: dict[str, Any], error: type[MaglevError], words: str) -> None:
-    with pytest.raises(error) as raised:
+@pytest.mark.parametrize(("options", "error", "facts"), [
+    ({"y.masss": 7.0}, UnknownName, ["'y.masss'", "'y.mass'"]),
+    ({"y.mass": "7 mm"}, ScenarioError, ["y.mass", "'7 mm'", "kg"]),
+    ({"y.mass": -1.0}, ScenarioError, ["y.mass", "-1 kg", "0.001"]),
+    ({"y.mass": float("nan")}, ScenarioError, ["y.mass", "nan"]),
+    ({"y.mass": (7.0, 6.0)}, ScenarioError, ["y.mass", "lower value"]),
+    ({"y.mass": (6.0, 7.0, 8.0)}, ScenarioError, ["y.mass", "pair"]),
+    ({"C1": "0.6 m"}, ScenarioError, ["C1", "'0.6 m'", "m/(s2.A)"]),
+    ({"y.locked": 1.0}, ScenarioError, ["y.locked", "true", "false"]),
+    ({"action": "volts"}, ScenarioError, ["action", "'volts'"]),
+    ({"reference": "ramp"}, ScenarioError, ["reference", "'ramp'"]),
+    ({"reference": [[0.025, 0.0]]}, ScenarioError, ["reference", "(samples, 3)"]),
+    ({"reference": [[0.025, 0.0, 1.0]]}, ScenarioError, ["reference", "stops"]),
+    ({"sample_time": "0.3 ms"}, ScenarioError, ["sample_time", "0.3 ms"]),
+    ({"sample_time": "0 s"}, ScenarioError, ["sample_time", "0 s"]),
+    ({"duration": "2 mm"}, ScenarioError, ["duration", "'2 mm'", "s"]),
+    ({"duration": 1e12}, ScenarioError, ["duration", "1000000000000.0", "1e+08 samples"]),
+    ({"reference": [[0.025, 0.0, 0.0], [0.025]]}, ScenarioError, ["reference", "(samples, 3)"]),
+    ({"duration": 1e-5}, ScenarioError, ["duration", "1e+08 samples", "0.0002 s"])], ids=str)
+def test_refused_options(make: Make, options: dict[str, Any], error: type[MaglevError], facts: list[str]) -> None:
+    with raises(error, *facts):
         make("3dof", **options)
-    assert words in str(raised.value) and "\n" not in str(raised.value)
 
 
 def test_refused_in_an_episode(make: Make) -> None:
     env = make("3dof")
-    with pytest.raises(ScenarioError, match="where the environment is made"):
+    with raises(ScenarioError, "y.stop.upper"):
         env.reset(options={"parameters": {"y.stop.upper": 0.04}})
-    with pytest.raises(FmuError, match="expected a place between the stops"):
+    with raises(FmuError, "y.position_start", "0.04 m"):
         env.reset(options={"parameters": {"y.position_start": 0.04}})
-    with pytest.raises(ScenarioError, match=r"options of reset: 'y\.mass', expected parameters or measurement"):
+    with raises(ScenarioError, "options of reset", "'y.mass'", "parameters", "measurement"):
         env.reset(options={"y.mass": 7.0})
     env.reset()
 
@@ -275,9 +275,9 @@ def test_closed(make: Make) -> None:
     env = make("2dof")
     env.reset()
     env.close()
-    with pytest.raises(FmuError, match="the environment is closed"):
+    with raises(FmuError, "closed"):
         env.step(np.zeros(2))
-    with pytest.raises(FmuError, match="the environment is closed"):
+    with raises(FmuError, "closed"):
         env.reset()
 
 
@@ -305,14 +305,13 @@ def test_a_foreign_fmu_under_our_name(folder: Path, tmp_path: Path) -> None:
     environment("2dof", tmp_path).close()
     with zipfile.ZipFile(tmp_path / "native" / "Plant2DOF.fmu", "a") as archive:
         archive.writestr("resources/other.txt", "somebody's")
-    with pytest.raises(FmuError, match="is not the Plant2DOF that this installation builds; .* --kind native"):
+    with raises(FmuError, "Plant2DOF", "--kind native"):
         environment("2dof", tmp_path)
 
 
 def test_missing_fmu(tmp_path: Path) -> None:
-    with pytest.raises(FmuError, match=r"maglev build --kind native") as raised:
+    with raises(FmuError, tmp_path, "`maglev build --kind native"):
         environment("2dof", tmp_path)
-    assert "\n" not in str(raised.value)
 
 
 @pytest.mark.parametrize("stage", STAGE_NAMES)
@@ -338,9 +337,9 @@ def test_a_state_is_saved_and_gone_back_to(make: Make, stage: str) -> None:
     other.reset(seed=99)
     other.restore_state(pickle.loads(saved))
     assert same_bits(rest(other), first)
-    for foreign, words in ((None, "state = None, expected one of clone_state"), (
-            make(stage).clone_state(), "a state of another environment, expected one of the same stage and options")):
-        with pytest.raises(MaglevError, match=words):
+    for foreign, kind, fact in ((None, ScenarioError, "clone_state"),
+                                (make(stage).clone_state(), FmuError, "another environment")):
+        with raises(kind, "state", fact):
             env.restore_state(foreign)
 
 
@@ -365,9 +364,9 @@ def test_forces_act_and_are_those_that_are_asked_for(make: Make) -> None:
     assert way(env, None) == 0.0, "a push ends with its episode"
     assert way(env, None, options={"parameters": {"x.force": "6.6 N"}}) == pytest.approx(expected, rel=1e-9)
     assert way(make("3dof", reference="hold", **off, **{"x.force": 6.6}), None) == pytest.approx(expected, rel=1e-9)
-    with pytest.raises(UnknownName, match="w: the stage has no such axis; nearest is 'x'|'y'|'z'"):
+    with raises(UnknownName, "w", "'y', 'x', 'z'"):
         env.push(w=1.0)
-    with pytest.raises(ScenarioError, match="x.force: nan is not a quantity"):
+    with raises(ScenarioError, "x.force", "nan"):
         env.push(x=float("nan"))
 
 
@@ -384,9 +383,9 @@ def test_a_measurement_is_seen_and_drawn(make: Make) -> None:
     assert env.reset(options={"measurement": {"x.noise": 0.0}})[1]["measurement"]["x.noise"] == 0.0
     moving = make("3dof", reference="hold", measurement={})
     assert same_bits(*(simulated(env, actions[:200] + 1.0) for env in (moving, make("3dof", reference="hold"))))
-    with pytest.raises(UnknownName, match="the measurement has no parameter 'y.noize'; nearest is 'y.noise'"):
+    with raises(UnknownName, "measurement", "'y.noize'", "'y.noise'"):
         make("3dof", measurement={"y.noize": 1e-6})
-    with pytest.raises(ScenarioError, match="measurement in the options of reset"):
+    with raises(ScenarioError, "measurement", "reset"):
         make("3dof").reset(options={"measurement": {"y.noise": 1e-6}})
 
 
@@ -405,7 +404,7 @@ def test_pictures(make: Make, stage: str) -> None:
     rows = [np.argwhere((picture == [31, 119, 180]).all(axis=2))[:, 0].mean() for picture in pictures]
     assert abs(rows[1] - rows[0]) > 2.0
     assert make(stage).render() is None
-    with pytest.raises(ScenarioError, match="render_mode = 'ansi', expected None or 'rgb_array'"):
+    with raises(ScenarioError, "render_mode", "'ansi'", "None", "'rgb_array'"):
         StageEnv(stage, render_mode="ansi")
 
 
@@ -413,7 +412,7 @@ def test_an_option_that_there_is_not(folder: Path) -> None:
     """Is no parameter of the plant either, as Python says."""
     for name in ("sampletime", "y.mass"):
         wrong: dict[str, Any] = {name: 1e-3}
-        with pytest.raises(TypeError, match=f"unexpected keyword argument '{name}'"):
+        with raises(TypeError, f"'{name}'"):
             gymnasium.make("maglev/Stage3DOF-v0", fmus=folder, **wrong)
 
 

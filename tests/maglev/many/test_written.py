@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from command_line import error_line
 from command_line import maglev as command
+from facts import raises, require_facts
 from written_controllers import PD, blocks, controller, trial
 
 import maglev
@@ -120,11 +121,11 @@ def test_a_study_file_names_its_controller(fastest_fmus: Path, tmp_path: Path) -
 def test_refused(fastest_fmus: Path, tmp_path: Path) -> None:
     path = controller(tmp_path)
     line = error_line(command("study", trial(tmp_path), "--vary", "plant.v.mass=±20%", "--controller", path))
-    assert "plant.v.mass=±20%: a range needs samples" in line
+    require_facts(line, "plant.v.mass=±20%", "samples")
     line = error_line(command("study", trial(tmp_path), "--vary", "plant.v.mass=4,5", "--controller",
                               tmp_path / "pid.py"))
-    assert "there is no file" in line and "pd.py" in line
+    require_facts(line, tmp_path / "pid.py", "'pd.py'")
     names: dict[str, type] = {}
     exec(PD, names)
-    with pytest.raises(ControllerError, match=r"PD: a class.*give its file"):
+    with raises(ControllerError, "PD", "file"):
         simulated(tmp_path, fastest_fmus, names["PD"])   # type: ignore[arg-type]

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from facts import raises
 from hypothesis import given
 from hypothesis import strategies as st
-from messages import raises
 
 from maglev.cosim.master import Recording
 from maglev.files.errors import BaselineError, CsvError

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from facts import raises
 from hypothesis import given
 from hypothesis import strategies as st
-from messages import raises
 
 import maglev
 from maglev.cosim.master import Recording, RunFailed

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from command_line import error_line
 from command_line import maglev as command
-from messages import raises
+from facts import raises
 
 import maglev
 from maglev.api import running

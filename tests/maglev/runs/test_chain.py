@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from command_line import error_line, maglev
+from facts import raises
 from hypothesis import given
 from hypothesis import strategies as st
-from messages import raises
 
 from maglev.files.errors import ScenarioError
 from maglev.runs.baseline_check import check_runs, update_all

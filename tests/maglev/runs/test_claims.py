@@ -4,9 +4,9 @@ import math
 from dataclasses import replace
 
 import pytest
+from facts import raises
 from hypothesis import given
 from hypothesis import strategies as st
-from messages import raises
 
 from maglev.files.errors import MeasurementError
 from maglev.runs.measures import measured_values

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from messages import raises
+from facts import raises
 
 from maglev.files.errors import MeasurementError
 from maglev.runs.metrics import Metrics, MotorCurrents, StepResponse, TrackingError

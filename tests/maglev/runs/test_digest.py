@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from messages import raises
+from facts import raises
 
 from maglev.files.errors import BaselineError
 from maglev.runs.baseline_file import DIGESTS, Digest, digest_of, read_digests, write_digests

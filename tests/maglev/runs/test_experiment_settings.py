@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from command_line import error_line
 from command_line import maglev as command
+from facts import raises, warns
 from fmpy import read_model_description
-from messages import raises, warns
 
 import maglev
 from maglev.api.options import experiments_of

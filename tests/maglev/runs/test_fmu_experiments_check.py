@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from carried_experiments import carrying, experiments, files_of, manifest
 from command_line import error_line, maglev
+from facts import raises, require_facts
 from faulty_fmus import faulty
 from fmpy.model_description import BaseUnit, ModelDescription, ScalarVariable, Unit, read_model_description
 from left_processes import require_none
-from messages import raises, require_facts
 
 from maglev.cosim.master import FmuSetup, Master
 from maglev.files.errors import FmuError

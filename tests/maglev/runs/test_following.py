@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from messages import raises
+from facts import raises
 
 import maglev
 from maglev.descriptions.packaged import PACKAGED_STAGES

@@ -3,9 +3,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from facts import raises
 from hypothesis import given
 from hypothesis import strategies as st
-from messages import raises
 
 from maglev.files.errors import MeasurementError
 from maglev.runs import measuring

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from carried_experiments import files_of
 from command_line import error_line, maglev
-from messages import raises, require_facts
+from facts import raises, require_facts
 
 from maglev.descriptions.own_fmus import built_here
 from maglev.files.errors import FmuError, ScenarioError

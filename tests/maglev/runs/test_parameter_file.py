@@ -4,9 +4,9 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import pytest
+from facts import raises
 from hypothesis import given
 from hypothesis import strategies as st
-from messages import raises
 
 from maglev.files.errors import ScenarioError
 from maglev.files.fmi_units import BASE_UNITS

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from messages import raises, require_facts
+from facts import raises, require_facts
 from pydantic import ValidationError
 
 from maglev.files.errors import ScenarioError

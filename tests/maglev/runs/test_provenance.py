@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from command_line import maglev
-from messages import warns
+from facts import warns
 
 from maglev.api.running import run_all
 from maglev.cosim.fmi_versions import OWN_TOOL

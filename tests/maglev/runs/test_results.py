@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import maglev
+from facts import raises
 from hypothesis import example, given
 from hypothesis import strategies as st
-from messages import raises
 from pyarrow import parquet
 
 import maglev as front_door

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from messages import raises
+from facts import raises
 
 from maglev.files.errors import ScenarioError
 from maglev.runs.chain import compared_with, select

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from example_builds import EXAMPLES, require_compiler, script
-from messages import raises
+from facts import raises
 from small_fmus import small_fmu
 
 from maglev.cosim.fmu import Fmu, checked_description, read_description

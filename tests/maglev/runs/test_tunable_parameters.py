@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from messages import raises
+from facts import raises
 from motor import MOTOR
 
 from maglev.cosim.master import FmuSetup, Master

@@ -4,9 +4,9 @@ import math
 from typing import Any
 
 import pytest
+from facts import raises
 from hypothesis import example, given
 from hypothesis import strategies as st
-from messages import raises
 
 from maglev.files.errors import MeasurementError
 from maglev.runs.verdicts import (

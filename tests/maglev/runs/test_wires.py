@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from messages import raises
+from facts import raises
 
 from maglev.files.errors import ScenarioError
 from maglev.runs.plan_check import check_names

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from command_line import error_line
 from command_line import maglev as command
-from messages import raises, warns
+from facts import raises, warns
 
 import maglev
 from maglev.cosim.step_loop import LIBRARY, build_loop, own_loop

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from command_line import error_line, maglev
-from messages import raises, require_facts
+from facts import raises, require_facts
 
 from maglev.files.errors import CsvError, IdentificationError, QuantityError, ScenarioError
 from maglev.files.table import read_table

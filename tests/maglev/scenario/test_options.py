@@ -10,7 +10,7 @@ import pytest
 import typer
 from command_line import error_line
 from command_line import maglev as command
-from messages import raises
+from facts import raises
 
 import maglev
 from maglev.cli.app import app

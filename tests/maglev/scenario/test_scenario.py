@@ -1,7 +1,7 @@
 from types import SimpleNamespace
 
 import pytest
-from messages import raises, require_facts
+from facts import raises, require_facts
 
 import maglev
 from maglev.files.errors import ScenarioError, StageError

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import pytest
+from facts import raises
 from fmpy import read_model_description
 from fmpy.ssp.ssd import read_ssd, read_ssv
 from interop.loops import files_in
-from messages import raises
 
 import maglev
 from maglev.cosim.master import FmuSetup

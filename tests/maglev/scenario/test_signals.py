@@ -2,9 +2,9 @@ import math
 
 import numpy as np
 import pytest
+from facts import require_facts
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from messages import require_facts
 from pydantic import TypeAdapter, ValidationError
 
 from maglev.scenario.signals import Signal

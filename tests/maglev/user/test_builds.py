@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from command_line import error_line, maglev
+from facts import raises
 from fmpy_validation import validate_fmu
 from native_builds import require_native_tools
 from written_controllers import controller, line_of, trial
@@ -92,7 +93,7 @@ def test_carries_modules_next_to_the_file(fastest_fmus: Path, tmp_path: Path) ->
              *tool.build(path, fmus=tmp_path / "built", kind="native", target="host")]
     for module in MODULES:
         (tmp_path / module).rename(tmp_path / f"{module}.gone")
-    with pytest.raises(tool.ControllerError, match="line 7: ModuleNotFoundError: No module named 'messages'"):
+    with raises(tool.ControllerError, "line 7", "ModuleNotFoundError", "'messages'"):
         tool.run(plan, controller=path, fmus=fastest_fmus)
     with pytest.warns(UserWarning):
         runs = [tool.run(plan, controller=form, fmus=fastest_fmus) for form in forms[1:]]

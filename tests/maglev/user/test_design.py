@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from command_line import error_line
 from command_line import maglev as command
+from facts import raises, require_facts
 from named_blocks import named_block
 from scipy.integrate import quad
 
@@ -187,23 +188,22 @@ def test_the_command_prints_what_follows(tmp_path: Path, monkeypatch: pytest.Mon
     (tmp_path / "heavy.toml").write_text((tmp_path / "heavy.toml").read_text().replace("# sample_time", "sample_time"))
     built = command("build", "--stage", "heavy.toml", "MeasurementHeavy")
     assert "sample_time: 0.5 ms costs more than 10° of phase" in built.stderr
-    assert "cannot be read" in error_line(command("stage", "hevy.toml"))
+    require_facts(error_line(command("stage", "hevy.toml")), "hevy.toml", "'heavy.toml'")
 
 
-@pytest.mark.parametrize(("motor", "message"), [
-    (["tiny"], "--motor tiny: expected one of small, medium, large"),
-    (["force=3"], "--motor force=3: no such key; nearest is 'force_constant'"),
-    (["force_constant=93"], "--motor: attraction, attraction_gap, pole_pitch, peak missing, expected KEY=VALUE"),
-    (["medium", "peak=3kg"], "--motor: peak: '3kg' is in kg, expected a quantity in A"),
-    (["medium", "peak=1e9"], "--motor: peak = 1e.09 A, expected a number from 0.001 to 700 A"),
-    (["medium", "gap=50mm"], "--motor gap=50mm: expected at most pole_pitch = 12 mm"),
-    (["medium", "slot_width=9mm"], "--motor slot_width=0.009: expected less than slot_pitch = 0.004 m"),
-    (["medium", "currents=mean"], "--motor currents=mean: expected rms or peak"),
-    (["medium", "mass=50kg"], r"v = 5 mm: motor needs i_d = -9.2 A, .*continuous = 4.38406 A: choose a smaller gap")])
-def test_refuses_impossible_motors(tmp_path: Path, motor: list[str], message: str) -> None:
-    with pytest.raises(StageError, match=message) as refused:
+@pytest.mark.parametrize(("motor", "facts"), [
+    (["tiny"], ["--motor", "tiny", "small, medium, large"]),
+    (["force=3"], ["--motor", "force=3", "'force_constant'"]),
+    (["force_constant=93"], ["--motor", "attraction, attraction_gap, pole_pitch, peak", "KEY=VALUE"]),
+    (["medium", "peak=3kg"], ["--motor", "peak", "'3kg'", "A"]),
+    (["medium", "peak=1e9"], ["--motor", "peak", "1e+09 A", "0.001", "700 A"]),
+    (["medium", "gap=50mm"], ["--motor", "gap=50mm", "pole_pitch", "12 mm"]),
+    (["medium", "slot_width=9mm"], ["--motor", "slot_width=0.009", "slot_pitch", "0.004 m"]),
+    (["medium", "currents=mean"], ["--motor", "currents=mean", "rms", "peak"]),
+    (["medium", "mass=50kg"], ["v", "5 mm", "motor", "-9.2 A", "4.38406 A"])])
+def test_refuses_impossible_motors(tmp_path: Path, motor: list[str], facts: list[str]) -> None:
+    with raises(StageError, *facts):
         new_stage(tmp_path / "own.toml", motor=motor)
-    assert "\n" not in str(refused.value)
     assert not list(tmp_path.iterdir())
 
 
@@ -222,7 +222,7 @@ def test_setpoints_follow_the_stage(tmp_path: Path) -> None:
     after = [signal.values for signal in load_plan(scenario).signals]   # type: ignore[union-attr]
     assert before[0][0] == 5e-3 and after[0][0] == 4.8e-3
     scenario.write_text('extends = "loops/2dof.toml"\nname = "none"\nstop_time = 1\nsignals = "setpoints"\n')
-    with pytest.raises(ScenarioError, match="signals = 'setpoints': expected \"setpoints\" with stage = "):
+    with raises(ScenarioError, "signals", "'setpoints'", "stage"):
         load_plan(scenario)
 
 

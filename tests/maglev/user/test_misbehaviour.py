@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import error_line, maglev
+from facts import raises
 from written_controllers import PD, controller, line_of, trial
 
 import maglev as tool
@@ -89,9 +90,9 @@ def test_what_builds_an_fmu_of_it(fastest_fmus: Path, tmp_path: Path, words: lis
 
 def test_a_step_that_hangs_ends_at_the_timeout(fastest_fmus: Path, tmp_path: Path) -> None:
     path = misbehaving(tmp_path, "step", "while True: pass")
-    with pytest.raises(tool.RunFailed) as failure, pytest.warns(UserWarning):
+    with raises(tool.RunFailed, "0.1005 s", "controller", "pd.py", "3 s", "fmi2DoStep") as failure, \
+            pytest.warns(UserWarning):
         tool.run(trial(tmp_path), controller=path, fmus=fastest_fmus, timeout=3.0)
-    assert str(failure.value) == "at t = 0.1005 s: controller (pd.py) has been silent for 3 s in fmi2DoStep"
     whole = tool.run(trial(tmp_path), controller=controller(tmp_path, name="whole.py"), fmus=fastest_fmus)
     recorded = failure.value.recording
     assert len(recorded.time) == 202
@@ -177,8 +178,6 @@ class Away:
 def test_who_left_the_range_first_is_said(fastest_fmus: Path, tmp_path: Path) -> None:
     """It is not the controller, which refuses such a measurement."""
     (tmp_path / "away.py").write_text(AWAY)
-    with pytest.raises(tool.RunFailed, match=(
-            r"^at t = 0\.005 s: plant\.v\.encoder = 10\.24 m is beyond -10…10 m, the range of controller\.v\.measured; "
-            r"controller \(Regulator2DOF\.fmu\) refused fmi2SetReal of v\.measured, h\.measured \([a-z ]+\): "
-            r"v\.measured = 10\.24")):
+    with raises(tool.RunFailed, "0.005 s", "plant.v.encoder", "10.24 m", "-10…10 m", "controller.v.measured",
+                "Regulator2DOF.fmu", "fmi2SetReal"):
         tool.run("2dof-step-1-nonlinear", plant=tmp_path / "away.py", fmus=fastest_fmus)

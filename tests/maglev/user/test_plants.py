@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from command_line import error_line, maglev
 from described_stages import written
+from facts import raises, require_facts
 from reference_5dof import DISPLACEMENTS, GAPS
 from reference_stage import G, park_matrix, shape_functions
 from scipy.integrate import solve_ivp
@@ -121,35 +122,26 @@ def test_its_fmu_has_a_page(slow: None, tmp_path: Path) -> None:
 
 
 WRONG = {
-    "missing port": (('"h.encoder": "m",', ""), "outputs = {",
-                     "these names in the table of mover.py, line {line}, or a port map"),
-    "misspelt port": (('"h.encoder": "m"', '"h.encodr": "m"'), '"h.encodr"',
-                      "mover.py, line {line}: class Mover: outputs has 'h.encodr', expected an attribute"),
-    "unit": (('"h.encoder": "m"', '"h.encoder": "m/s"'), '"h.encoder"', "connects m/s to m, expected the same unit; "
-             "h.encoder stands in mover.py, line {line}"),
-    "unknown unit": (('"h.encoder": "m"', '"h.encoder": "mm"'), '"h.encoder"',
-                     "mover.py, line {line}: class Mover: outputs has 'h.encoder' in 'mm', expected one"),
-    "type": (("self.encoder = start ", "self.encoder = False "), '"v.encoder": "m"',
-             "connects Boolean to Real, expected the same type; v.encoder stands in mover.py, line {line}"),
-    "start": (("self.mass = mass ", "self.mass = 'heavy' "), '"v.mass"',
-              "mover.py, line {line}: class Mover: v.mass starts as 'heavy', expected a finite number, or True")}
-FAILING = {
-    "nan": ("float('nan')", "plant (mover.py): v.encoder = nan m at t = {time} s, expected a finite number from Mover"),
-    "text": ("'far'", "plant (mover.py): v.encoder = 'far' m at t = {time} s, expected a finite number from Mover"),
-    "exception": ("1.0 / 0.0", "plant (mover.py): step failed at t = {time} s: mover.py, line {line}: "
-                                         "ZeroDivisionError: float division by zero")}
+    "missing port": (('"h.encoder": "m",', ""), "outputs = {", "h.encoder", "port map"),
+    "misspelt port": (('"h.encoder": "m"', '"h.encodr": "m"'), '"h.encodr"', "Mover", "outputs", "'h.encodr'"),
+    "unit": (('"h.encoder": "m"', '"h.encoder": "m/s"'), '"h.encoder"', "m/s", "m", "h.encoder"),
+    "unknown unit": (('"h.encoder": "m"', '"h.encoder": "mm"'), '"h.encoder"', "Mover", "'h.encoder'", "'mm'"),
+    "type": (("self.encoder = start ", "self.encoder = False "), '"v.encoder": "m"', "Boolean", "Real", "v.encoder"),
+    "start": (("self.mass = mass ", "self.mass = 'heavy' "), '"v.mass"', "Mover", "v.mass", "'heavy'")}
+FAILING = {"nan": ("float('nan')", "v.encoder", "nan m", "Mover"), "text": ("'far'", "v.encoder", "'far' m", "Mover"),
+           "exception": ("1.0 / 0.0", "line {line}", "ZeroDivisionError")}
 
 
 @pytest.mark.parametrize("case", WRONG)
 def test_an_error_has_its_line(fastest_fmus: Path, tmp_path: Path, case: str) -> None:
-    change, part, message = WRONG[case]
+    change, part, *facts = WRONG[case]
     path = new_plant(tmp_path / "mover.py", "2dof")
     text = path.read_text()
     assert text.count(change[0]) == 1
     path.write_text(text.replace(*change))
     line = error_line(maglev("run", "2dof-setpoints", "--plant", path, "--fmus", fastest_fmus,
                              "--out", tmp_path / "out"))
-    assert message.format(line=line_of(path, part)) in line
+    require_facts(line, "mover.py", f"line {line_of(path, part)}", *facts)
     assert not any((tmp_path / "out").glob("*"))
 
 
@@ -157,13 +149,13 @@ def test_an_error_has_its_line(fastest_fmus: Path, tmp_path: Path, case: str) ->
 @pytest.mark.filterwarnings("ignore:plant .* starts with")
 def test_an_error_during_a_run_has_its_time(fastest_fmus: Path, tmp_path: Path, case: str) -> None:
     """Of the mass that begins to fall with the first step of the references."""
-    value, message = FAILING[case]
+    value, *facts = FAILING[case]
     path = new_plant(tmp_path / "mover.py", "2dof")
     path.write_text(path.read_text().replace(
         "self.encoder = self.position", f"self.encoder = self.position if self.position < 0.021 else {value}"))
-    with pytest.raises(tool.RunFailed) as failure:
+    facts = [fact.format(line=line_of(path, "self.position < 0.021")) for fact in facts]
+    with raises(tool.RunFailed, "plant", "mover.py", *facts) as failure:
         tool.run("2dof-setpoints", plant=path, fmus=fastest_fmus)
     recorded = failure.value.recording
     assert recorded.time[-1] > 1.0 and recorded.columns["plant.v.position"][:-1].max() < 0.021
-    assert str(failure.value) == f"at t = {recorded.time[-1]} s: " + message.format(
-        time=recorded.time[-1], line=line_of(path, "self.position < 0.021"))
+    require_facts(failure.value, f"{recorded.time[-1]} s")

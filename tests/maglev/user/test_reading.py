@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from facts import raises
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from named_blocks import named_block
@@ -142,24 +143,23 @@ def test_poles_become_gains(tmp_path: Path) -> None:
     assert regulator_polynomial(own.vertical.design.gains, OMEGA0) == pytest.approx(wanted)
 
 
-@pytest.mark.parametrize(("old", "new", "message"), [
-    ("# poles = [-90, [-4, 6], [-2, 2]]", "poles = [-90, [-4, 6]]", "axes.y.design.poles: .*, expected five poles"),
-    ("# poles = [-90, [-4, 6], [-2, 2]]", "poles = [-90, [-4, 6], [2, 2]]", "real parts below 0"),
-    ('currents = "peak"', 'currents = "mean"', "catalogue.currents: 'mean', expected 'rms' or 'peak'"),
-    ("force_constant", "forceconstant", "catalogue.forceconstant: no such key; nearest is 'force_constant'"),
-    ("force_constant = 2.313 ", 'force_constant = "2.3 N" ', "catalogue.force_constant: '2.3 N' is in N"),
-    ("force_constant = 2.313 ", "# ", r"catalogue.force_constant: missing; give it, or \[catalogue.winding\]"),
-    ("at = 0.025 ", "at = 0.06 ", "catalogue.at: 60 mm, expected a gap of 8…40 mm"),
-    ("[catalogue]\n", "[plant]\n[catalogue]\n", "plant: expected the constants there, or .*not both"),
-    ("lower = 0.008\n", "lower = 0.004\n", "field: gaps from 8 to 40 mm, expected a table from lower = 4 mm"),
-    ("0.26967", "2.6967", "a polynomial of degree 12 misses the field by"),
-    ("gaps = [", "B0 = 0.3\ndecay = 0.01\ngaps = [", "one of B0 with decay, gaps with B, or coefficients")])
-def test_mistakes_are_refused_in_one_line(tmp_path: Path, old: str, new: str, message: str) -> None:
+@pytest.mark.parametrize(("old", "new", "facts"), [
+    ("# poles = [-90, [-4, 6], [-2, 2]]", "poles = [-90, [-4, 6]]", ["axes.y.design.poles", "[-90, [-4, 6]]", "five"]),
+    ("# poles = [-90, [-4, 6], [-2, 2]]", "poles = [-90, [-4, 6], [2, 2]]",
+     ["axes.y.design.poles", "[-90, [-4, 6], [2, 2]]", "below 0"]),
+    ('currents = "peak"', 'currents = "mean"', ["catalogue.currents", "'mean'", "'rms'", "'peak'"]),
+    ("force_constant", "forceconstant", ["catalogue.forceconstant", "'force_constant'"]),
+    ("force_constant = 2.313 ", 'force_constant = "2.3 N" ', ["catalogue.force_constant", "'2.3 N'", "N/A"]),
+    ("force_constant = 2.313 ", "# ", ["catalogue.force_constant", "missing", "[catalogue.winding]"]),
+    ("at = 0.025 ", "at = 0.06 ", ["catalogue.at", "60 mm", "8…40 mm"]),
+    ("[catalogue]\n", "[plant]\n[catalogue]\n", ["plant", "[catalogue]"]),
+    ("lower = 0.008\n", "lower = 0.004\n", ["field", "8 to 40 mm", "4 mm"]),
+    ("0.26967", "2.6967", ["field", "degree 12", "8 mm", "1%"]),
+    ("gaps = [", "B0 = 0.3\ndecay = 0.01\ngaps = [", ["field", "B0", "decay", "gaps", "B", "coefficients"])])
+def test_mistakes_are_refused_in_one_line(tmp_path: Path, old: str, new: str, facts: list[str]) -> None:
     path = changed(tmp_path / "own.toml", "3dof", (old, new))
-    with pytest.raises(StageError, match=message) as refused:
+    with raises(StageError, path, *facts):
         read_own(path)
-    assert str(refused.value).startswith(f"{path}: ")
-    assert "\n" not in str(refused.value)
 
 
 def test_its_linear_model_has_its_own_geometry(tmp_path: Path) -> None:
@@ -203,15 +203,14 @@ def test_the_loop_of_a_stage_is_that_of_ours(name: str) -> None:
         assert loop[key] == packaged[key]
 
 
-@pytest.mark.parametrize(("changes", "message"), [
-    ([("sharing = 1 ", "sharing = 2 ")], "sharing: 2, expected 1 where the platform tilts"),
-    ([("[motor_stop]", "[estimator]")], "estimator.lower: no such key"),
-    ([("z = 0.2", "z = 0.0"), ("z = -0.2", "z = 0.0")],
-     "motors: alpha1 at x = 0 m, z = 0 m, .*, expected motors that are not all on one line"),
+@pytest.mark.parametrize(("changes", "facts"), [
+    ([("sharing = 1 ", "sharing = 2 ")], ["sharing", "2", "1"]),
+    ([("[motor_stop]", "[estimator]")], ["estimator.lower", "'guess'"]),
+    ([("z = 0.2", "z = 0.0"), ("z = -0.2", "z = 0.0")], ["motors", "alpha1", "z = 0 m", "one line"]),
     ([("rotation = true             # a tilt of the platform: rad, N m\nmeaning = \"tilt about z\"",
-       "meaning = \"tilt about z\"")], "expected the air gap, one or two horizontal axes, and the tilts")])
-def test_tilts_that_fit_nothing_are_refused(tmp_path: Path, changes: list[tuple[str, str]], message: str) -> None:
-    with pytest.raises(StageError, match=message):
+       "meaning = \"tilt about z\"")], ["axes", "y, x, z, roll, pitch"])])
+def test_tilts_that_fit_nothing_are_refused(tmp_path: Path, changes: list[tuple[str, str]], facts: list[str]) -> None:
+    with raises(StageError, tmp_path / "own.toml", *facts):
         read_own(changed(tmp_path / "own.toml", "5dof", *changes))
 
 
@@ -225,13 +224,13 @@ def test_a_tilt_is_left_as_fast_as_its_motors_have_it(tmp_path: Path) -> None:
     assert sqrt(stiffness(own, "roll", at) / stiffness(own, "y", at)) == pytest.approx(ratio)
 
 
-@pytest.mark.parametrize(("name", "like", "message"), [
-    *((name, "3dof", f"name: {name.removesuffix('.toml')!r}, expected lower-case letters and digits, a letter first")
-      for name in ("own.txt", "Own.toml", "own_2", "2nd.toml")), ("own.toml", "4dof", "like = 4dof: expected one of"),
-    ("there.toml", "3dof", "already exists"), ("no/own.toml", "3dof", "does not exist")])
-def test_a_new_stage_overwrites_nothing(tmp_path: Path, name: str, like: str, message: str) -> None:
+@pytest.mark.parametrize(("name", "like", "facts"), [
+    *((name, "3dof", ["name", repr(name.removesuffix(".toml")), "lower-case"])
+      for name in ("own.txt", "Own.toml", "own_2", "2nd.toml")), ("own.toml", "4dof", ["like", "4dof", "'5dof'"]),
+    ("there.toml", "3dof", ["there.toml", "exists"]), ("no/own.toml", "3dof", ["no/own.toml", "folder"])])
+def test_a_new_stage_overwrites_nothing(tmp_path: Path, name: str, like: str, facts: list[str]) -> None:
     (tmp_path / "there.toml").write_text("name = 1\n", encoding="utf-8")
-    with pytest.raises(StageError, match=message):
+    with raises(StageError, *facts):
         new_stage(tmp_path / name, like)
     assert [path.name for path in tmp_path.iterdir()] == ["there.toml"]
 
@@ -307,5 +306,5 @@ def test_an_axis_may_begin_at_its_stop(tmp_path: Path) -> None:
 def test_a_field_of_nothing_is_refused(tmp_path: Path) -> None:
     text = description("3dof", False, "gaps").replace("B = [0.2", "B = [1e-320, 0.2")
     (tmp_path / "own.toml").write_text(text.replace("gaps = [", "gaps = [0.007, "))
-    with pytest.raises(StageError, match=r"own\.toml: field\.B = 9\.\d+e-321 T, expected a number from 1e-09 to 10 T"):
+    with raises(StageError, tmp_path / "own.toml", "field.B", "9.99988867e-321 T", "1e-09", "10 T"):
         read_own(tmp_path / "own.toml")

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from described_stages import SMALL, written
+from facts import raises
 from interop.loops import foreign, ours_from_zero
 from named_blocks import named_block
 
@@ -101,30 +102,25 @@ def test_fmus_are_known_by_their_content(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 @pytest.mark.few(6)
-@pytest.mark.parametrize(("like", "changes", "message"), [
-    ("3dof", {"mass = 6.9 ": "mass = 14.0 "},
-     r"alpha needs i_d = -5.\d+ A, .*expected at most alpha.amplifier.continuous = 4 A"),
+@pytest.mark.parametrize(("like", "changes", "facts"), [
+    ("3dof", {"mass = 6.9 ": "mass = 14.0 "}, ["alpha", "i_d", "alpha.amplifier.continuous", "4 A"]),
     ("3dof", {"mass = 6.9 ": "mass = 14.0 ", "continuous = 4.0": "continuous = 0",
-              "current_limit = 4.0": "current_limit = 0"},
-     r"alpha needs i_d = -5.\d+ A, .*expected at most alpha.amplifier.peak = 5 A"),
-    ("3dof", {"current_limit = 4.0": "current_limit = 1.0"},
-     r"alpha.i_d_cmd = -1.1\d A is beyond current_limit = 1 A"),
+              "current_limit = 4.0": "current_limit = 0"}, ["alpha", "i_d", "alpha.amplifier.peak", "5 A"]),
+    ("3dof", {"current_limit = 4.0": "current_limit = 1.0"}, ["alpha.i_d_cmd", "current_limit", "1 A"]),
     ("3dof", {"attraction = 12.06": "attraction = 60", "iron_attraction = 0.03037": "iron_attraction = 1.0"},
-     r"no direct current holds the mover of 6.9 kg at 25 mm: .* attract it by 34.8 m/s² against 9.81 m/s²"),
-    ("3dof", {"force_constant = 2.313 ": "force_constant = 0.1 "},
-     r"axes.x: its motors give 0.\d+ N at their limit and the start gap, but bias and friction take 1.73 N"),
-    ("3dof", {"sample_time = 0.0002 ": "sample_time = 0.01 "}, r"sample_time: 10 ms, expected at most 6.\d+ ms"),
-    ("3dof", {"lower = 0.0185": "lower = 0.006"}, "axes.y.stop: from 6 to 32 mm, expected within 8…40 mm"),
-    ("5dof", {"lower = 0.0185": "lower = 0.006"}, "motor_stop: from 6 to 32 mm, expected within 8…40 mm"),
-    ("5dof", {"mass = 0.2 ": "mass = 0.01 ", "sample_time = 0.0002 ": "sample_time = 0.002 "},
-     r"sample_time: 2 ms, expected at most 1.8\d ms: without control the mover leaves its start with exp\(13\d t/s\)"),
-    ("3dof", {"# poles = [-90, [-4, 6], [-2, 2]]": "poles = [-1, -1, -1, -1, -1]"},
-     "design: the loop has a pole"),
-    ("3dof", {"slot_pitch = 0.01905 ": "slot_pitch = 0.01 "}, "expected slots narrower than their pitch"),
-    ("3dof", {'name = "hover"': 'name = "Hover"'}, "name: 'Hover', expected lower-case letters and digits")])
-def test_an_impossible_run_gives_its_reason(tmp_path: Path, like: str, changes: dict[str, str], message: str) -> None:
+     ["6.9 kg", "25 mm", "34.8 m/s²", "9.81 m/s²"]),
+    ("3dof", {"force_constant = 2.313 ": "force_constant = 0.1 "}, ["axes.x", "1.73 N"]),
+    ("3dof", {"sample_time = 0.0002 ": "sample_time = 0.01 "}, ["sample_time", "10 ms"]),
+    ("3dof", {"lower = 0.0185": "lower = 0.006"}, ["axes.y.stop", "6 to 32 mm", "8…40 mm"]),
+    ("5dof", {"lower = 0.0185": "lower = 0.006"}, ["motor_stop", "6 to 32 mm", "8…40 mm"]),
+    ("5dof", {"mass = 0.2 ": "mass = 0.01 ", "sample_time = 0.0002 ": "sample_time = 0.002 "}, ["sample_time", "2 ms"]),
+    ("3dof", {"# poles = [-90, [-4, 6], [-2, 2]]": "poles = [-1, -1, -1, -1, -1]"}, ["design", "pole"]),
+    ("3dof", {"slot_pitch = 0.01905 ": "slot_pitch = 0.01 "}, ["slot_pitch"]),
+    ("3dof", {'name = "hover"': 'name = "Hover"'}, ["name", "'Hover'", "lower-case"])])
+def test_an_impossible_run_gives_its_reason(tmp_path: Path, like: str, changes: dict[str, str],
+                                            facts: list[str]) -> None:
     path = written(tmp_path / "hover.toml", like, changes)
-    with pytest.raises(StageError, match=f"hover.toml: .*({message})"):
+    with raises(StageError, path, *facts):
         runnable(path)
 
 
@@ -181,7 +177,7 @@ def test_a_recording_tells_its_constants(tmp_path: Path, monkeypatch: pytest.Mon
     model, _, *_ = write_identification(found, "mine.csv", tmp_path)
     settings = model_settings(model, stage)
     assert settings["plant.C3"] == found.estimate.final["C3"]
-    with pytest.raises(IdentificationError, match="stage = 'found': expected one of 2dof, 3dof"):
+    with raises(IdentificationError, "stage", "'found'", "2dof", "3dof"):
         model_settings(model)
 
 

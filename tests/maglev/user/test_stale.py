@@ -8,13 +8,14 @@ from typing import Any
 import pytest
 import typer
 from command_line import maglev as command
+from facts import raises, warns
 from typer.testing import Result
 
 import maglev
 from maglev.cli.app import app
 from maglev.descriptions.own_fmus import stale
 from maglev.descriptions.registry import known_stages
-from maglev.files.errors import MaglevError
+from maglev.files.errors import FmuError
 from maglev.user.adoption import know_stage
 
 pytestmark = pytest.mark.usefixtures("slow")
@@ -136,11 +137,11 @@ def test_an_environment_and_the_functions_say_it(folder: Path, monkeypatch: pyte
     import gymnasium
 
     monkeypatch.chdir(folder)
-    with pytest.warns(UserWarning, match="PlantMine that this installation builds"):
+    with warns("PlantMine"):
         maglev.run("short.toml", fmus="fmus")
     (folder / "fmus" / "native").mkdir(exist_ok=True)
     (folder / "fmus" / "native" / "PlantMine.fmu").write_bytes((folder / "fmus" / "PlantMine.fmu").read_bytes())
-    with pytest.raises(MaglevError, match="PlantMine that this installation builds"):
+    with raises(FmuError, "PlantMine"):
         gymnasium.make("maglev.gym:maglev/Stage-v0", stage="mine.toml", fmus="fmus")
 
 
