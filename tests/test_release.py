@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from command_line import error_line
 from command_line import maglev as command
+from facts import raises
 from fmpy.simulation import Input
 
 import maglev
@@ -48,7 +49,7 @@ def test_a_version_begins_in_every_file(tmp_path: Path, monkeypatch: pytest.Monk
     assert "\nversion: 99.0.1\n" in (tmp_path / "CITATION.cff").read_text(encoding="utf-8")
     assert "\n## Unreleased\n\n## 99.0.1\n" in (tmp_path / "CHANGELOG.md").read_text(encoding="utf-8")
     for wrong in ("99.0.1", "99.1", "v100.0.0"):
-        with pytest.raises(SystemExit, match="expected"):
+        with raises(SystemExit, wrong):
             tool["begin"](wrong)
 
 
@@ -126,7 +127,7 @@ def test_fmus_with_a_clock_go_with_a_plant_without_one(clocked_fmus: Path, tmp_p
     assert [path.relative_to(made).as_posix() for path in taken] == [
         f"clocked/{name}" for name in ("Plant3DOF.fmu", "Regulator3DOF.fmu", "Stage3DOF.ssp")]
     assert taken[1].read_bytes() == (clocked_fmus / "Regulator3DOF.fmu").read_bytes()
-    with pytest.raises(maglev.MaglevError, match="has no fmi3/Regulator3DOF.fmu"):
+    with raises(maglev.FmuError, "fmi3/Regulator3DOF.fmu"):
         maglev.build("Stage3DOF", fmus=made, kind="native", fmi=3, source=given)
 
 

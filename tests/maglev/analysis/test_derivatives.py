@@ -6,6 +6,7 @@ from threading import Lock
 
 import numpy as np
 import pytest
+from facts import raises
 
 from maglev.analysis.participant import Derivative, Participant, derivative
 from maglev.cosim.master import FmuSetup
@@ -139,6 +140,5 @@ def test_past_and_state_lead_to_the_same_point() -> None:
 
 
 def test_chance_is_refused() -> None:
-    with simulated(Random) as part, pytest.raises(LinearModelError,
-                                                  match="gave other outputs for the same inputs"):
+    with simulated(Random) as part, raises(LinearModelError):
         part.back()

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import error_line, maglev
+from facts import raises, require_facts
 
 from maglev.analysis.frequency_response import frequency_response
 from maglev.analysis.response import FrequencyResponse, crest_factor, make_grid, multisine, untold
@@ -162,19 +163,18 @@ def test_command_line(fastest_fmus: Path, tmp_path: Path) -> None:
     assert data["why_not_linear"] == "it was not asked for"
     assert 0.0 < data["margin_errors"]["phase"] < 0.3
     wrong = maglev("linearise", "--measure", "Plant2DOF", "Regulator2DOF", "--at", "v=20mm", "--open", "x", *few)
-    assert "no measured signal 'x', expected one of v.measured, h.measured" in error_line(wrong)
+    require_facts(error_line(wrong), "'x'", "v.measured, h.measured")
 
 
 def test_refuses_impossible_grids() -> None:
-    with pytest.raises(LinearModelError, match=r"from 10 to 7000 rad/s, expected .* half the sample rate, 6283"):
+    with raises(LinearModelError, 10, "7000 rad/s", 6283):
         make_grid(10.0, 7000.0, 5, 0.5e-3)
 
 
-@pytest.mark.parametrize(("options", "words"), [
-    ({"realisations": 1}, "realisations = 1, expected a whole number from 2 on"),
-    ({"seed": -1}, "seed = -1, expected a whole number from 0 on"), ({"lines": 6.5}, "lines = 6.5, expected a whole"),
-    ({"lowest": "50 Hz"}, "lowest, highest: '50 Hz' is in Hz, expected a quantity in rad/s"),
-    ({"settle": nan}, "settle = nan: nan is not a quantity"), ({"settle": -1}, "settle = -1: expected a time")])
-def test_refuses_impossible_options(fastest_fmus: Path, options: dict[str, Any], words: str) -> None:
-    with pytest.raises(LinearModelError, match=words):
+@pytest.mark.parametrize(("options", "facts"), [
+    ({"realisations": 1}, ["realisations", 1, 2]), ({"seed": -1}, ["seed", -1, 0]), ({"lines": 6.5}, ["lines", 6.5]),
+    ({"lowest": "50 Hz"}, ["lowest", "'50 Hz'", "rad/s"]), ({"settle": nan}, ["settle", nan]),
+    ({"settle": -1}, ["settle", -1])])
+def test_refuses_impossible_options(fastest_fmus: Path, options: dict[str, Any], facts: list[object]) -> None:
+    with raises(LinearModelError, *facts):
         frequency_response("Plant2DOF", "Regulator2DOF", {"v": 20e-3}, fmus=fastest_fmus, linear=False, **options)

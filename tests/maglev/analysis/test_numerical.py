@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import error_line, maglev
+from facts import raises
 from scipy.linalg import block_diag
 from written_controllers import controller
 
@@ -140,14 +141,12 @@ def test_a_file_that_translates_has_its_matrices_by_hand(fastest_fmus: Path, tmp
     assert set(found.errors("v.measured").values()) == {0.0}
 
 
-@pytest.mark.parametrize(("change", "says"), [
-    ({"plant": "Plant2DOG"}, "'Plant2DOG' is no plant, expected one of"),
-    ({"controller_parameters": {"bandwith": 50.0}}, "PD has no parameter 'bandwith'; nearest is 'bandwidth'"),
-    ({"controller_parameters": {"bandwidth": 5.0}}, "expected a loop at rest"),
-    ({"sample_time": "2 s"}, "PD: sample time = 2.0 s, expected one between 0 and 1 s")])
-def test_refusals(change: dict, says: str, fastest_fmus: Path, pd_class) -> None:
+@pytest.mark.parametrize(("change", "facts"), [
+    ({"plant": "Plant2DOG"}, ["'Plant2DOG'", "'Plant2DOF'"]),
+    ({"controller_parameters": {"bandwith": 50.0}}, ["PD", "'bandwith'", "'bandwidth'"]),
+    ({"controller_parameters": {"bandwidth": 5.0}}, ["at rest"]),
+    ({"sample_time": "2 s"}, ["PD", "sample time", "2.0 s", "1 s"])])
+def test_refusals(change: dict, facts: list[str], fastest_fmus: Path, pd_class) -> None:
     given = {"plant": "Plant2DOF", "controller": pd_class(), "at": {"v": 20e-3}, "settle": 0.5, **change}
-    with pytest.raises(LinearModelError) as refused:
+    with raises(LinearModelError, *facts):
         linearise_numerically(**given, fmus=fastest_fmus)
-    assert says in str(refused.value)
-    assert "\n" not in str(refused.value)

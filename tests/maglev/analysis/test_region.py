@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import error_line, maglev
+from facts import raises
 
 import maglev as tool
 from maglev.analysis import certificate
 from maglev.analysis.axis_loop import axis_loop
 from maglev.analysis.region import StepRuns, region
 from maglev.analysis.region_result import Region
-from maglev.files.errors import MaglevError, StabilityError
+from maglev.files.errors import FmuError, LinearModelError, MaglevError, ScenarioError, StabilityError
 
 pytestmark = pytest.mark.usefixtures("slow")
 
@@ -37,7 +38,7 @@ def test_a_region_has_the_requested_candidates(found: Region) -> None:
     assert found["synthesised"].response.overshoot < found["as set"].response.overshoot
     assert found["without"].response.overshoot > found["as set"].response.overshoot
     assert tool.region is region
-    with pytest.raises(StabilityError, match="region: no candidate 'best', expected one of as set, without, synthes"):
+    with raises(StabilityError, "'best'", "as set, without, synthesised"):
         found["best"]
 
 
@@ -64,29 +65,25 @@ def test_section_and_shadow_of_the_ellipsoid(found: Region) -> None:
     assert np.linalg.eigvalsh(certified.section(plane) - certified.shadow()).min() > 0.0
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    ({"stage": "4dof"}, "stage = '4dof', expected one of 2dof, 3dof"),
-    ({"axis": "v"}, "3dof: axis = 'v', expected one of y, x, z"),
-    ({"gap": "31 mm"}, "Plant3DOF at y = 31 mm: alpha needs i_d = -4.65 A, i_q = 0.159 A, expected at most "),
-    ({"gap": "35 mm"}, "Plant3DOF at y = 35 mm: beyond the end stops, expected y within 18.5…32 mm"),
-    ({"gap": "19 mm", "set": {"controller.current_limit": 1.0}}, "is beyond current_limit = 1 A"),
-    ({"controller": "PID3DOF"}, "3dof: controller = 'PID3DOF', expected an output regulator, which has an anti-windup"),
-    ({"set": {"controller.current_limit": 0.0}}, "Regulator3DOF: current_limit = 0 A, expected a limit above"),
-    ({"set": {"controller.x.k1": 463.0}}, "the loop is unstable, its slowest pole is "),
-    ({"set": {"controller.x.k9": 1.0}}, "Regulator3DOF has no parameter 'x.k9'; nearest is "),
-    ({"set": {"x.k1": 1.0}}, "set: x.k1 = 1.0: expected plant.… or controller.…, such as plant.y.mass=7.2kg"),
-    ({"decay": -1.0}, "decay = -1.0 1/s, expected a finite rate of 0 1/s or more"),
-    ({"decay": 2.5}, "decay = 2.5 1/s is for synthesised gains, needs synthesise"),
-    ({"decay": 3000.0, "synthesise": True}, "x of Plant3DOF with Regulator3DOF at y = 25 mm: "),
-    ({"step": "0 mm"}, "step = 0 m, expected one above 0 m"),
-    ({"step": "3 s"}, "step: '3 s' is in s, expected a quantity in m"),
-    ({"fmus": "nowhere"}, "there is no file nowhere/Regulator3DOF.fmu, expected an FMU"),
-])
-def test_refusals(arguments: dict[str, Any], message: str) -> None:
-    with pytest.raises(MaglevError) as caught:
+@pytest.mark.parametrize(("arguments", "kind", "facts"), [
+    ({"stage": "4dof"}, StabilityError, ["stage", "'4dof'", "2dof", "3dof"]),
+    ({"axis": "v"}, StabilityError, ["3dof", "axis", "'v'", "y, x, z"]),
+    ({"gap": "31 mm"}, LinearModelError, ["Plant3DOF", "y", "31 mm", "alpha", "-4.65 A", "0.159 A"]),
+    ({"gap": "35 mm"}, LinearModelError, ["Plant3DOF", "y", "35 mm", "18.5…32 mm"]),
+    ({"gap": "19 mm", "set": {"controller.current_limit": 1.0}}, LinearModelError, ["current_limit", "1 A"]),
+    ({"controller": "PID3DOF"}, StabilityError, ["3dof", "controller", "'PID3DOF'", "output regulator"]),
+    ({"set": {"controller.current_limit": 0.0}}, StabilityError, ["Regulator3DOF", "current_limit", "0 A"]),
+    ({"set": {"controller.x.k1": 463.0}}, StabilityError, ["unstable"]),
+    ({"set": {"controller.x.k9": 1.0}}, LinearModelError, ["Regulator3DOF", "'x.k9'", "'x.k1'"]),
+    ({"set": {"x.k1": 1.0}}, ScenarioError, ["set", "x.k1", "1.0", "plant", "controller"]),
+    ({"decay": -1.0}, StabilityError, ["decay", "-1.0 1/s", "0 1/s"]),
+    ({"decay": 2.5}, StabilityError, ["decay", "2.5 1/s", "synthesise"]),
+    ({"decay": 3000.0, "synthesise": True}, StabilityError, ["x", "Plant3DOF", "Regulator3DOF", "25 mm"]),
+    ({"step": "0 mm"}, StabilityError, ["step", "0 m"]), ({"step": "3 s"}, StabilityError, ["step", "'3 s'", "m"]),
+    ({"fmus": "nowhere"}, FmuError, ["nowhere/Regulator3DOF.fmu"])])
+def test_refusals(arguments: dict[str, Any], kind: type[MaglevError], facts: list[str]) -> None:
+    with raises(kind, *facts):
         region(**{"stage": "3dof", "axis": "x", "gap": "25 mm", **arguments})
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_without_cvxpy(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -197,7 +194,7 @@ def test_certified_steps_of_a_platform_that_tilts_are_held(fastest_fmus: Path, a
         with StepRuns("5dof", axis, "25 mm", "Regulator5DOF", {}, {}, fastest_fmus) as runs:
             assert all(runs.respond(sign * certified, {})[1] for sign in (-1.0, 1.0)), axis
             assert not all(runs.respond(sign * 1.1 * simulated, {})[1] for sign in (-1.0, 1.0)), axis
-            with pytest.raises(StabilityError, match="Plant5DOF: a step of .* begins at .*, expected a start from"):
+            with raises(StabilityError, "Plant5DOF"):
                 runs.respond(0.04, {})
 
 

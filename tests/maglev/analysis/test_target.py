@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import error_line, maglev
+from facts import raises, require_facts
 from native_builds import require_native_tools
 from written_controllers import LOOPS, PD, TRIAL
 
@@ -188,16 +189,14 @@ def test_the_command(fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         "Regulator2DOF.c", "Regulator2DOF.h", "main.c", "board.h", "CMakeLists.txt", "qemu"}
 
 
-@pytest.mark.parametrize(("arguments", "reason"), [
-    (["Plant2DOF"], "Plant2DOF: has no sample_time, expected a controller"),
-    (["Regulator9DOF"], "there is no FMU Regulator9DOF, nearest is"),
-    (["Regulator2DOF", "--clock", "fast"], "clock = fast: 'fast' is not a quantity"),
-    (["Regulator2DOF", "--clock", "3 m"], "clock = 3 m: '3 m' is in m, expected a quantity in Hz"),
-    (["Regulator2DOF", "--cycles", "0"], "cycles = 0: expected a finite number above 0"),
-    (["Measurement2DOF"], "Measurement2DOF: belongs to no stage"),
-    (["Regulator2DOF", "--run", "2dof-setpoint"], "2dof-setpoint")])
-def test_what_is_refused(fmus: Path, tmp_path: Path, arguments: list[str], reason: str) -> None:
-    assert reason in error_line(maglev("target", *arguments, "--fmus", fmus, "--out", tmp_path / "out"))
+@pytest.mark.parametrize(("arguments", "facts"), [
+    (["Plant2DOF"], ["Plant2DOF", "sample_time"]), (["Regulator9DOF"], ["Regulator9DOF", "'Regulator2DOF'"]),
+    (["Regulator2DOF", "--clock", "fast"], ["clock", "'fast'"]),
+    (["Regulator2DOF", "--clock", "3 m"], ["clock", "'3 m'", "Hz"]),
+    (["Regulator2DOF", "--cycles", "0"], ["cycles", "0"]), (["Measurement2DOF"], ["Measurement2DOF", "stage"]),
+    (["Regulator2DOF", "--run", "2dof-setpoint"], ["'2dof-setpoint'", "'2dof-setpoints'"])])
+def test_what_is_refused(fmus: Path, tmp_path: Path, arguments: list[str], facts: list[str]) -> None:
+    require_facts(error_line(maglev("target", *arguments, "--fmus", fmus, "--out", tmp_path / "out")), *facts)
     assert not (tmp_path / "out").exists()
 
 
@@ -205,20 +204,21 @@ def test_refusals_of_the_processor(fmus: Path, tmp_path: Path) -> None:
     """Of a parameter, as it is set; of a step that is not the sample time."""
     described, files = generated("Regulator2DOF")
     image = linked("Regulator2DOF", files, tmp_path)
-    for changes, reason in (({"controller.omega0": -1.0}, "omega0 = -1.0 rad/s, expected a number from 0.0 to"),
-                            ({"controller.sample_time": 1e-3}, "expected sample_time = 0.001 s")):
+    for changes, *facts in (({"controller.omega0": -1.0}, "omega0", "-1.0 rad/s"),
+                            ({"controller.sample_time": 1e-3}, "sample_time", "0.001 s")):
         experiment = short("2dof-setpoints", "Regulator2DOF", fmus, 0.02, changes)
-        with Emulator(image.path, 10, 60.0) as emulator, pytest.raises((RunFailed, FmuError), match=reason):
+        with Emulator(image.path, 10, 60.0) as emulator, pytest.raises((RunFailed, FmuError)) as failure:
             in_the_loop(experiment, "controller", Emulated(described, emulator))
+        require_facts(failure.value, *facts)
 
 
 def test_an_emulator_that_ends_or_hangs(tmp_path: Path) -> None:
     described, files = generated("PID2DOF")
     image = linked("PID2DOF", files, tmp_path)
     values = np.zeros(len(described.variables))
-    with Emulator(image.path, 10, 0.3) as emulator, pytest.raises(EmulatorError, match="has been silent for 0.3 s"):
+    with Emulator(image.path, 10, 0.3) as emulator, raises(EmulatorError, "0.3 s"):
         emulator.exchange(values[:3])
-    with Emulator(tmp_path / "none", 10, 60.0) as emulator, pytest.raises(EmulatorError, match="ended with 1: .*none"):
+    with Emulator(tmp_path / "none", 10, 60.0) as emulator, raises(EmulatorError, 1, "none"):
         emulator.exchange(values)
     assert emulator.process.poll() is not None
 
@@ -230,7 +230,7 @@ def test_other_bits_are_named(fmus: Path) -> None:
     there = Recording(here.time, {**here.columns, name: here.columns[name].copy()})
     assert equal_columns(experiment, here, there) == len(here.columns)
     there.columns[name][7] = np.nextafter(there.columns[name][7], 1.0)
-    with pytest.raises(FmuError, match=re.escape(f"{name} at t = 0.0035 s is")):
+    with raises(FmuError, name, "0.0035 s"):
         equal_columns(experiment, here, there)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from facts import raises
 from fmpy_validation import validate_fmu
 
 from maglev.descriptions.own_fmus import DEFINITIONS, definition
@@ -135,7 +136,7 @@ def test_source_date_epoch_that_is_odd(tmp_path: Path, monkeypatch: pytest.Monke
         build(["Plant2DOF"], tmp_path)
         assert fmpy.read_model_description(str(tmp_path / "Plant2DOF.fmu")).generationDateAndTime.startswith("1970")
     else:
-        with pytest.raises(BuildError, match="SOURCE_DATE_EPOCH = 'soon'"):
+        with raises(BuildError, "SOURCE_DATE_EPOCH", "'soon'"):
             build(["Plant2DOF"], tmp_path)
         assert list(tmp_path.iterdir()) == []
 
@@ -148,7 +149,7 @@ def test_linux_binary_differs_from_pythonfmus_where_it_is_corrected(fmus: Path) 
     places = {original.index(code) + place + i for code, place, instead in CORRECTIONS for i in range(len(instead))}
     assert {i for i, (a, b) in enumerate(zip(ours, original, strict=True)) if a != b} <= places
     assert len(places) == sum(len(instead) for *_, instead in CORRECTIONS), "none undoes another"
-    with pytest.raises(ExportError, match="its Linux binary is not known"):
+    with raises(ExportError, "Linux"):
         corrected(ours)
 
 

@@ -3,6 +3,7 @@
 from typing import Any
 
 import pytest
+from facts import raises
 
 from maglev.fmi.definition import DefaultExperiment, FmuDefinition, Variable, read, reader, write
 from maglev.fmi.slave import BlockSlave
@@ -49,7 +50,7 @@ def test_a_path_reads_and_writes_what_python_does(path: str, start: float) -> No
 
 @pytest.mark.parametrize("path", ["parts[0].value + 1", "parts[-1].value", "__import__('os')", ""])
 def test_refuses_a_text_that_is_not_a_path(path: str) -> None:
-    with pytest.raises(ValueError, match="expected a path such as"):
+    with raises(ValueError, repr(path)):
         reader([path])
 
 

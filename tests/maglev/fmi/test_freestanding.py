@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from facts import raises
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from native_builds import STRICT, built_once, require_command, require_native_tools
@@ -181,11 +182,11 @@ void board_end(int32_t status) {{ printf("%d\\n", (int)status); }}
     assert [float(each) for each in said[:-1]] == expected and said[-1] == "1002"
 
 
-@pytest.mark.parametrize(("change", "reason"), [
-    ({"sampled": False}, "Regulator2DOF: has no sample_time, expected a controller, or another block that samples"),
+@pytest.mark.parametrize(("change", "facts"), [
+    ({"sampled": False}, ["Regulator2DOF", "sample_time"]),
     ({"variables": (*definition("Regulator2DOF").variables,
                     replace(definition("Regulator2DOF").variables[0], name="v_reference", path="v.reference"))},
-     "have one name in C, expected names that differ by more than a dot")])
-def test_what_cannot_be_written(change: dict[str, Any], reason: str) -> None:
-    with pytest.raises(ExportError, match=re.escape(reason)):
+     ["v.reference", "v_reference"])])
+def test_what_cannot_be_written(change: dict[str, Any], facts: list[str]) -> None:
+    with raises(ExportError, *facts):
         freestanding(replace(definition("Regulator2DOF"), **change), IN_FMUS, "Tests")

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from facts import raises
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -71,7 +72,7 @@ def test_generators_and_arrays_come_through() -> None:
 
 @pytest.mark.parametrize("value", [print, sys, Ring, np.array([None]), pickle.Pickler, iter([])], ids=range(6))
 def test_names_what_has_no_plain_form(value: Any) -> None:
-    with pytest.raises(NotPlain, match=r"^vars\(self\)\['held'\] is a \w+, which no serialized state holds; expected"):
+    with raises(NotPlain, "vars(self)['held']"):
         written_state(({"held": value},), "vars(self)")
 
 

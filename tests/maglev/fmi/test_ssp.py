@@ -9,6 +9,7 @@ import fmpy
 import fmpy.ssp.ssd
 import pytest
 from command_line import maglev
+from facts import raises
 from lxml import etree
 
 from maglev.descriptions.own_fmus import SYSTEMS, definition
@@ -153,7 +154,7 @@ def test_ssp_2_of_fmi_3(fmi3_fmus: Path, systems: Path, tmp_path: Path) -> None:
 def test_two_open_ports_of_one_name(fmus: Path, tmp_path: Path) -> None:
     plant = (definition("Plant2DOF"), fmus / "Plant2DOF.fmu")
     twin = (replace(plant[0], name="Twin"), plant[1])
-    with pytest.raises(ExportError, match=r"plant and twin both have an open input motor\.i_a_cmd"):
+    with raises(ExportError, "plant", "twin", "motor.i_a_cmd"):
         write_ssp(tmp_path / "Twins.ssp", {"plant": plant, "twin": twin}, [], 1.0)
 
 

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from facts import raises
 from identification_data import Data, record, trial
 from scipy.integrate import solve_ivp
 
@@ -178,15 +179,12 @@ def test_reduced_and_full_agree_as_epsilon_falls() -> None:
     assert apart[2] < 1e-3
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    ({"method": "redused"}, "method redused: expected one of reduced, full, fsdi; nearest is 'reduced'"),
-    ({"epsilon": 0.0}, "epsilon = 0.0: expected a time above 0 s, such as 0.01"),
-    ({"epsilon": float("nan")}, "epsilon = nan: expected a time above 0 s, such as 0.01"),
-    ({"gamma": 1.0}, "gamma = 1.0: expected more than 1, such as 1.1"),
-    ({"method": "full", "q0": 1e-3}, "axis h: Σ of (3.7) is not positive definite after")])
-def test_refusals(arguments: dict[str, object], message: str) -> None:
+@pytest.mark.parametrize(("arguments", "facts"), [
+    ({"method": "redused"}, ["method", "redused", "full", "fsdi", "'reduced'"]),
+    ({"epsilon": 0.0}, ["epsilon", "0.0", "0 s"]), ({"epsilon": float("nan")}, ["epsilon", "nan", "0 s"]),
+    ({"gamma": 1.0}, ["gamma", "1.0", "1", "1.1"]), ({"method": "full", "q0": 1e-3}, ["axis h", "(3.7)"])])
+def test_refusals(arguments: dict[str, object], facts: list[str]) -> None:
     row = constant_row(0.4, 5.0, 100)
     settings = {"method": "reduced", "rows": [row], "time": DT * np.arange(100), "guess": {"C1": 7.0}, **arguments}
-    with pytest.raises(IdentificationError) as refused:
+    with raises(IdentificationError, *facts):
         run_estimator(**settings)   # type: ignore[arg-type]
-    assert str(refused.value).startswith(message)

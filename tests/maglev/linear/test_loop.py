@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from facts import raises
 from linear_blocks import jacobian, measure, plant_state, read_all, read_plant, rest, set_all, smooth_stage, step_both
 from named_blocks import named
 
@@ -142,13 +143,13 @@ def test_a_controller_of_ones_own() -> None:
     np.testing.assert_allclose(loop.closed.A, plant.A + plant.B @ gains @ plant.C, rtol=1e-12)
     assert loop.references == ()
     assert not loop.stable
-    with pytest.raises(LinearModelError, match="expected a stable loop"):
+    with raises(LinearModelError, "stable"):
         loop.margins("v")
-    with pytest.raises(LinearModelError, match="expected the same sample time"):
+    with raises(LinearModelError, "sample time"):
         Loop(plant, replace(mine, sample_time=1e-3))
-    with pytest.raises(LinearModelError, match="no output 'motor.i_q_cmd', expected one of motor.i_d_cmd"):
+    with raises(LinearModelError, "'motor.i_q_cmd'", "motor.i_d_cmd"):
         Loop(plant, mine.select(mine.inputs, ("motor.i_d_cmd",)))
-    with pytest.raises(LinearModelError, match="continuous in time, expected a sampled controller"):
+    with raises(LinearModelError, "continuous", "sampled"):
         linearise_loop("Plant2DOF", replace(mine, sample_time=None), {"v": "20 mm"})
-    with pytest.raises(LinearModelError, match="a linear model takes no parameters"):
+    with raises(LinearModelError, "parameters"):
         linearise_loop("Plant2DOF", mine, {"v": "20 mm"}, controller_parameters={"v.kp": 1.0})

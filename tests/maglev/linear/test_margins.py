@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from facts import raises
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -111,8 +112,8 @@ def test_disk_margin_is_reached(controller: str, at: str) -> None:
 
 
 def test_unknown_opening_and_unstable_loop() -> None:
-    with pytest.raises(LinearModelError, match="no signal 'w' to open the loop at, expected one of y.measured, x.m"):
+    with raises(LinearModelError, "'w'", "y.measured"):
         loop_of("Regulator3DOF").margins("w")
     unstable = linearise_loop("Plant3DOF", "Regulator3DOF", {"y": 25e-3}, controller_parameters={"y.k1": 0.0})
-    with pytest.raises(LinearModelError, match=r"a pole at \|z\| = 1.000\d+, expected a stable loop for margins"):
+    with raises(LinearModelError, "pole", "stable"):
         unstable.margins("y")

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from complex_stage import complex_step, shape_functions
+from facts import raises
 from fmu_access import put, put_reals, read_reals
 from reference_5dof import ARM, ATTRACTION, COILS, DISPLACEMENTS, GAPS, IRON, NOMINAL, THRUST, Reference5DOF
 from reference_stage import LAG, T1, TAU, G
@@ -122,7 +123,7 @@ def test_openings_say_what_they_open() -> None:
     assert loop.measured == tuple(f"{axis}.measured" for axis in AXES)
     assert loop.openings == (*loop.measured, *(f"{motor}.gap_measured" for motor in MOTORS), *loop.plant.inputs)
     assert loop.opening("alpha1") == "alpha1.gap_measured"
-    with pytest.raises(LinearModelError, match="no signal 'gamma' to open the loop at, expected one of y.measured"):
+    with raises(LinearModelError, "'gamma'", "y.measured"):
         loop.opening("gamma")
 
 
@@ -154,20 +155,19 @@ def test_a_controller_has_to_see_where_the_platform_is() -> None:
     three = [name for name in loop.controller.inputs if name != "beta2.gap_measured"]
     assert Loop(loop.plant, loop.controller.select(three, loop.controller.outputs)).stable is False   # blind at beta2
     two = [name for name in three if name != "beta1.gap_measured"]
-    with pytest.raises(LinearModelError, match="no input 'y.measured'"):
+    with raises(LinearModelError, "'y.measured'"):
         Loop(loop.plant, loop.controller.select(two, loop.controller.outputs))
 
 
-@pytest.mark.parametrize(("at", "parameters", "message"), [
-    ({"y": "25 mm", "roll": "35 mrad"}, {}, "alpha1.gap = 18 mm, expected it within 18.5…32 mm, its end stops"),
-    ({"y": "25 mm", "roll": "1 mm"}, {}, "Plant5DOF at roll: '1 mm' is in mm, expected a quantity in rad"),
-    ({"y": "25 mm", "roll": "20 mrad"}, {"C4": 1e-3}, "no currents hold the platform, expected less tilt"),
-    ({"y": "25 mm"}, {"roll.locked": True}, "roll.locked = true, expected an axis that is free to move"),
-    ({"y": "25 mm"}, {"payload.mass": 2.0, "payload.x": 0.2}, "amplifier.continuous = 4 A")])
-def test_refusals(at: dict[str, float | str], parameters: dict[str, float | str | bool], message: str) -> None:
-    with pytest.raises(LinearModelError) as caught:
+@pytest.mark.parametrize(("at", "parameters", "facts"), [
+    ({"y": "25 mm", "roll": "35 mrad"}, {}, ["alpha1.gap", "18 mm", "18.5…32 mm"]),
+    ({"y": "25 mm", "roll": "1 mm"}, {}, ["roll", "'1 mm'", "rad"]),
+    ({"y": "25 mm", "roll": "20 mrad"}, {"C4": 1e-3}, ["roll", "20 mrad", "tilt"]),
+    ({"y": "25 mm"}, {"roll.locked": True}, ["roll.locked", "true"]),
+    ({"y": "25 mm"}, {"payload.mass": 2.0, "payload.x": 0.2}, ["amplifier.continuous", "4 A"])])
+def test_refusals(at: dict[str, float | str], parameters: dict[str, float | str | bool], facts: list[str]) -> None:
+    with raises(LinearModelError, "Plant5DOF", *facts):
         equilibrium("Plant5DOF", at, parameters)
-    assert message in str(caught.value)
 
 
 SMOOTH = {**{f"{axis}.friction.coulomb": 0.0 for axis in AXES}, "encoder.resolution": 0.0,

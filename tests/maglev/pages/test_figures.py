@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
 from described_stages import written
+from facts import require_facts
+from pydantic import ValidationError
 from report_runs import all_recorded, failed, of_procedure, packaged, recorded, renamed, with_columns, without_anything
 
 from maglev.pages.figures import MOVING, Figure, Panel, own_outputs, read_figures, shown_figures
@@ -108,5 +110,6 @@ def test_a_failed_run_stays_with_a_figure_that_shows_another():
 
 @pytest.mark.parametrize("panel", ["positions y", "position", "y"])
 def test_an_unknown_panel_is_refused(panel):
-    with pytest.raises(ValueError, match="is no panel, expected position, speed, error, commands, currents"):
+    with pytest.raises(ValidationError) as refusal:
         Figure(caption="", runs={"a": "a"}, panels=[panel])
+    require_facts(refusal.value.errors()[0], f"'{panel}'", "position, speed, error, commands, currents")

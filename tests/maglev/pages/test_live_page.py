@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import error_line, maglev
+from facts import raises, require_facts
 from motor import MOTOR
 from packaged_plans import RUNS
 
@@ -202,7 +203,7 @@ def test_forces_are_drawn_from_the_shape_functions() -> None:
 
 
 def test_a_missing_module_is_refused(tmp_path: Path, runs: list[RunPlan]) -> None:
-    with pytest.raises(FmuError, match=r"Plant2DOF\.wasm: there is no such file, expected the modules"):
+    with raises(FmuError, tmp_path / "Plant2DOF.wasm"):
         page_data(tmp_path, runs)
     said = error_line(maglev("live", "--fmus", tmp_path, "--out", tmp_path))
     assert "maglev build --kind native --target wasm" in said
@@ -246,16 +247,15 @@ def test_names_the_missing_parts_of_a_users_page(mine: Path, tmp_path: Path) -> 
     description.write_text(description.read_text(encoding="utf-8").replace("mass = 6.9 ", "mass = 6.8 "),
                            encoding="utf-8")
     said = error_line(maglev("live", "mine.toml", "--fmus", tmp_path))
-    assert "PlantMine.wasm is not the PlantMine that this installation builds" in said
-    assert said.endswith("`maglev build --stage mine.toml --kind native --target wasm --fmus .` rebuilds it")
+    require_facts(said, "PlantMine.wasm", "`maglev build --stage mine.toml --kind native --target wasm --fmus .`")
     (mine / "PlantMine.wasm").unlink()
-    assert "PlantMine.wasm: there is no such file" in error_line(maglev("live", "mine.toml", "--fmus", tmp_path))
+    require_facts(error_line(maglev("live", "mine.toml", "--fmus", tmp_path)), "PlantMine.wasm")
     scenario = tmp_path / "mine-setpoints.toml"
     scenario.write_text(scenario.read_text(encoding="utf-8").replace('signals = "setpoints"', 'signals = "ramp"', 1),
                         encoding="utf-8")
-    with pytest.raises(ScenarioError, match="signals"):
+    with raises(ScenarioError, "signals", "'ramp'"):
         plans_of(scenario)
-    for name, simulated in (("2dof-identification-rig", "PID2DOF, Plant2DOF, Estimator"),
-                        ("5dof-guided-first-linear", r"LinearRegulator3DOF, Plant5DOF \(a law without")):
-        with pytest.raises(FmuError, match=f"{name} cannot run in the live page: it runs {simulated}"):
+    for name, simulated in (("2dof-identification-rig", "PID2DOF, Plant2DOF, Estimator2DOF"),
+                            ("5dof-guided-first-linear", "LinearRegulator3DOF, Plant5DOF")):
+        with raises(FmuError, name, simulated):
             page_data(mine, [load_plan(name)])

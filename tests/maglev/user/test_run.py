@@ -115,7 +115,8 @@ def test_fmus_are_known_by_their_content(tmp_path: Path, monkeypatch: pytest.Mon
     ("5dof", {"lower = 0.0185": "lower = 0.006"}, ["motor_stop", "6 to 32 mm", "8…40 mm"]),
     ("5dof", {"mass = 0.2 ": "mass = 0.01 ", "sample_time = 0.0002 ": "sample_time = 0.002 "}, ["sample_time", "2 ms"]),
     ("3dof", {"# poles = [-90, [-4, 6], [-2, 2]]": "poles = [-1, -1, -1, -1, -1]"}, ["design", "pole"]),
-    ("3dof", {"slot_pitch = 0.01905 ": "slot_pitch = 0.01 "}, ["slot_pitch"]),
+    ("3dof", {"slot_pitch = 0.01905 ": "slot_pitch = 0.01 "},
+     ["geometry.slot_width", "0.0127 m", "geometry.slot_pitch", "0.01 m"]),
     ("3dof", {'name = "hover"': 'name = "Hover"'}, ["name", "'Hover'", "lower-case"])])
 def test_an_impossible_run_gives_its_reason(tmp_path: Path, like: str, changes: dict[str, str],
                                             facts: list[str]) -> None:
