@@ -13,7 +13,7 @@ from psutil import STATUS_ZOMBIE, Process
 from tiny_study import of_a_crash, planned, scenario, simulate_samples
 
 import maglev
-from maglev.files.errors import Interrupted, MaglevError, ScenarioError, UnknownName
+from maglev.files.errors import Interrupted, ScenarioError, UnknownName
 from maglev.many import batches
 from maglev.many.batches import runners
 from maglev.many.samples import BatchResult

@@ -16,7 +16,7 @@ from tiny_study import UNCHANGED, planned, simulate_samples, tiny
 from written_controllers import controller, trial
 
 import maglev
-from maglev.files.errors import FmuError
+from maglev.files.errors import MaglevError
 from maglev.many import batches
 from maglev.many import study_plan as planning
 from maglev.many.samples import gathered, run_samples_apart
@@ -65,7 +65,7 @@ def test_a_foreign_fmu_that_hangs(fastest_fmus: Path, tmp_path: Path, monkeypatc
 
 def test_fmus_that_cannot_be_loaded_are_no_sample_s_fault(fastest_fmus: Path, tmp_path: Path) -> None:
     study = of_a_fault("crash when loaded", fastest_fmus, tmp_path)
-    with raises(FmuError, "SIGSEGV"):
+    with raises(MaglevError, "SIGSEGV"):
         list(run_samples_apart(study.job, study.values, 60.0))
 
 

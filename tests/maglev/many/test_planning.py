@@ -48,7 +48,7 @@ def sampled(**design: object) -> dict[str, object]:
      ["controller.antiwindup", "Boolean", "between false and true"]),
     (varied(set="plant.v.mass", values=[4.0, -1.0, -2.0]), ["plant.v.mass", "2 of 3", "-1", "0.001", "1e+06 kg"]),
     ({"metrics": ["overshot of v"]}, ["'overshot of v'", "'overshoot of v'"]),
-    ({"limits": {"overshoot of v": {"max": "2 s"}}}, ["overshoot of v", "'2 s'", "1"]),
+    ({"limits": {"overshoot of v": {"max": "2 s"}}}, ["limits.overshoot of v", "'2 s'", "1"]),
     ({"keep": ["plant.v.positio"]}, ["plant.v.positio", "'plant.v.position'"]),
     ({"keep": ["plant.v.position", "plant.h.position", "plant.v.position"]},
      ["keep[2]", "'plant.v.position'", "twice"]),
@@ -120,8 +120,8 @@ def test_values_may_be_of_numpy(tmp_path: Path) -> None:
              np.array([True])}
     study = studying.varied("2dof-setpoints", given, None, (), None, 0)
     assert [[value.value for value in entry.values or ()] for entry in study.vary] == [[4, 5], [1.5], [True]]
-    for vary, keep, *facts in (({"plant.v.mass": None}, (), "values", "'list'"),
-                               ({"plant.v.mass": 4.0}, (), "values", "4.0", "list"),
+    for vary, keep, *facts in (({"plant.v.mass": None}, (), "vary[0].values", "'list'"),
+                               ({"plant.v.mass": 4.0}, (), "vary[0].values", "4.0", "list"),
                                ({"plant.v.mass": [4.0]}, "plant.v.force", "keep", "'plant.v.force'", "list")):
         with raises(ScenarioError, *facts):
             maglev.study(scenario(tmp_path), vary=vary, keep=keep)   # type: ignore[arg-type]

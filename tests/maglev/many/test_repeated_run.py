@@ -80,12 +80,12 @@ def test_a_refusal_leaves_the_next_run_alone(fastest_fmus: Path, tmp_path: Path)
 
 
 @pytest.mark.parametrize(("name", "value", "facts"), [
-    ("reference.h.amplitud", "2", ["'amplitude'"]), ("reference.w.end", "2", ["'w'"]),
-    ("reference.h.end", "2 kg", ["m"]), ("reference.plant.C2.end", "2", ["'plant.C2'"]),
-    ("reference.h.time", "-1 s", ["0 s"]), ("reference.h.time", "20 mm", ["s"])])
+    ("reference.h.amplitud", "2", ["'amplitude'"]), ("reference.w.end", "2", ["'w'", "'v', 'h'"]),
+    ("reference.h.end", "2 kg", ["2 kg", "m"]), ("reference.plant.C2.end", "2", ["'plant.C2'", "'v', 'h'"]),
+    ("reference.h.time", "-1 s", ["-1 s", "0 s"]), ("reference.h.time", "20 mm", ["20 mm", "s"])])
 def test_references_that_cannot_be_set_are_refused(name: str, value: str, facts: list[str], fastest_fmus: Path,
                                                    tmp_path: Path) -> None:
-    with raises(maglev.ScenarioError, name, value, *facts):
+    with raises(maglev.ScenarioError, name, *facts):
         maglev.run(scenario(tmp_path), fmus=fastest_fmus, set=[f"{name}={value}"])
 
 

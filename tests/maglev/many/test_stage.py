@@ -310,7 +310,7 @@ def test_a_foreign_fmu_under_our_name(folder: Path, tmp_path: Path) -> None:
 
 
 def test_missing_fmu(tmp_path: Path) -> None:
-    with raises(FmuError, tmp_path, "`maglev build --kind native"):
+    with raises(FmuError, tmp_path / "native/Plant2DOF.fmu", "`maglev build --kind native"):
         environment("2dof", tmp_path)
 
 
