@@ -10,7 +10,7 @@ from command_line import error_line, maglev
 from facts import raises, require_facts
 
 import maglev as tool
-from maglev.files.errors import MaglevError
+from maglev.files.errors import StageError
 
 FILES = (".github/workflows/maglev.yml", ".gitlab-ci.yml", "README.md")
 
@@ -79,14 +79,14 @@ def test_nothing_half_made_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.chdir(tmp_path)
     refused = error_line(maglev("new", "repository", "levitate", "--stage", "4dof"))
     require_facts(refused, "stage", "'4dof'", "2dof, 3dof, 5dof")
-    with raises(MaglevError, "no/levitate", "no"):
+    with raises(StageError, "no/levitate", "no"):
         tool.new_repository("no/levitate")
     (tmp_path / "there").mkdir()
-    with raises(MaglevError, "there"):
+    with raises(StageError, "there"):
         tool.new_repository("there")
     tool.new_stage("mine.toml", "2dof")
     text = Path("mine.toml").read_text("utf-8")
     Path("mine.toml").write_text(text.replace("mass = 4.35 ", "mass = 435 "), "utf-8")
-    with raises(MaglevError, "mine.toml"):
+    with raises(StageError, "mine.toml", "-76.4 A", "7 A"):
         tool.new_repository("levitate", "mine.toml")
     assert {path.name for path in tmp_path.iterdir()} == {"there", "mine.toml", "mine-setpoints.toml"}

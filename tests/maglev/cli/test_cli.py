@@ -192,7 +192,7 @@ def test_plot_without_matplotlib_is_refused_before_the_run(fmus: Path, short: Pa
 
 
 def test_debug_shows_the_traceback(short: Path) -> None:
-    with raises(tool.FmuError, "nowhere"):
+    with raises(tool.FmuError, "nowhere/Regulator3DOF.fmu"):
         maglev("run", short, "--fmus", "nowhere", "--debug")
 
 

@@ -244,8 +244,7 @@ def test_names_that_fit_pass(write, descriptions):
 
 
 @pytest.mark.parametrize(("old", "new", "facts"), [
-    ('"controller.y.measured"', '"controller.y.measurd"',
-     ["connections[0][1] = 'controller.y.measurd'",
+    ('"controller.y.measured"', '"controller.y.measurd"', ["connections[0][1] = 'controller.y.measurd'",
       "'y.measured'"]),
     ('"controller.y.measured"', '"controler.y.measured"', ["'controler'", "'controller'"]),
     ('"controller.y.measured"', '"controller.y.error"', ["'y.error'", "output", "input"]),
