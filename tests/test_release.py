@@ -127,7 +127,7 @@ def test_fmus_with_a_clock_go_with_a_plant_without_one(clocked_fmus: Path, tmp_p
     assert [path.relative_to(made).as_posix() for path in taken] == [
         f"clocked/{name}" for name in ("Plant3DOF.fmu", "Regulator3DOF.fmu", "Stage3DOF.ssp")]
     assert taken[1].read_bytes() == (clocked_fmus / "Regulator3DOF.fmu").read_bytes()
-    with raises(maglev.FmuError, "fmi3/Regulator3DOF.fmu"):
+    with raises(maglev.BuildError, "source", given, "fmi3/Regulator3DOF.fmu"):
         maglev.build("Stage3DOF", fmus=made, kind="native", fmi=3, source=given)
 
 

@@ -6,7 +6,7 @@ import fmpy
 import numpy as np
 import pytest
 from example_builds import EXAMPLES, require_compiler, script
-from facts import raises, warns
+from facts import raises, require_facts, warns
 from fmpy.fmi2 import FMU2Slave
 from fmpy_validation import validate_fmu
 from native_builds import require_native_tools
@@ -89,8 +89,9 @@ def test_the_plant_in_c_is_valid_and_moves_as_the_one_in_python(in_c: Path) -> N
     for name in ("plant.x.position", "plant.y.position"):
         assert np.abs(run[name] - python[name]).max() < 1e-13, name   # m: the rounding of another sine and sum
     assert not run["plant.touched"].any()
-    with pytest.warns(UserWarning), raises(maglev.RunFailed, "x.position", "nan m", "y.position"):
+    with pytest.warns(UserWarning), raises(maglev.RunFailed, "0 s", "bearing.fmu", "x.position", "y.position") as told:
         maglev.run(FOLDER / "levitate.toml", plant=in_c, set={"plant.mass": 0.0})
+    require_facts(str(told.value).replace("-nan", "nan"), "nan m")   # the sign is the compiler's
 
 
 def test_plain_fmpy_runs_the_plant_in_c(in_c: Path, tmp_path: Path) -> None:

@@ -5,8 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import error_line
-from command_line import maglev as command
 from native_builds import require_native_tools
 from written_controllers import controller, trial
 
@@ -152,7 +150,3 @@ def test_a_baseline_that_differs(fastest_fmus: Path) -> None:
     result, = maglev.check("mine.toml", baselines=".", fmus=fastest_fmus, set={"plant.C1": 14.2142})
     assert result.message == ("deviates first at t = 0.1 s: plant.v.position expected 0.020058835051787568 m, got "
                               "0.020058837391252533 m, expected the same bits")
-
-
-def test_the_command_line_has_the_same_sentence_behind_its_name() -> None:
-    assert error_line(command("run", "3dof-setpoint")) == f"maglev: {message_of(lambda: maglev.run('3dof-setpoint'))}"

@@ -190,7 +190,7 @@ def test_the_command(fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.parametrize(("arguments", "facts"), [
-    (["Plant2DOF"], ["Plant2DOF", "sample_time"]), (["Regulator9DOF"], ["Regulator9DOF", "'Regulator2DOF'"]),
+    (["Plant2DOF"], ["Plant2DOF", "sample_time"]), (["Regulator9DOF"], ["Regulator9DOF", "'Regulator5DOF'"]),
     (["Regulator2DOF", "--clock", "fast"], ["clock", "'fast'"]),
     (["Regulator2DOF", "--clock", "3 m"], ["clock", "'3 m'", "Hz"]),
     (["Regulator2DOF", "--cycles", "0"], ["cycles", "0"]), (["Measurement2DOF"], ["Measurement2DOF", "stage"]),

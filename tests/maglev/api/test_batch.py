@@ -178,7 +178,6 @@ def test_a_sample_that_fails_is_a_row(native_fmus: Path) -> None:
 
 @pytest.mark.parametrize(("values", "facts"), [
     ({"plant.v.mass": [4.0, 5.0], "plant.h.mass": [1.5]}, ["plant.v.mass", "2", "plant.h.mass", "1"]),
-    ({"plant.v.mas": [4.0]}, ["plant", "'v.mas'", "'v.mass'"]),
     ({"plant.v.mass": [-4.0]}, ["plant.v.mass", "1 of 1", "-4", "0.001"]),
     ({"plant.v.mass": [np.nan]}, ["vary[0].values[0]", "nan"]), ({"plant.v.mass": []}, ["vary[0].values", "1"]),
     ({"plant.v.mass": None}, ["vary[0].values", "'list'"]),

@@ -43,10 +43,7 @@ def test_an_option_that_does_not_exist_is_refused() -> None:
 
 
 @pytest.mark.parametrize(("function", "given", "options", "kind", "facts"), [
-    (maglev.run, 5, {}, ScenarioError, ["scenario", "5"]),
     (maglev.run, ["2dof-smooth-nonlinear"], {}, ScenarioError, ["scenario", "['2dof-smooth-nonlinear']"]),
-    (maglev.run, "2dof-smooth-nonlinear", {"set": "plant.v.mass"}, ScenarioError,
-     ["set", "plant.v.mass", "FMU.variable=value"]),
     (maglev.run, "2dof-smooth-nonlinear", {"controller": abs}, ControllerError, ["<built-in function abs>", "step"]),
     (maglev.compare, ["2dof-smooth-nonlinear", "2dof-smooth-linear"], {}, ScenarioError,
      ["runs", "'2dof-smooth-nonlinear'"]),
@@ -182,10 +179,6 @@ def test_what_cannot_be_run_alone(fastest_fmus: Path) -> None:
         maglev.run("2dof-step-4", fmus=fastest_fmus)
     with raises(maglev.ScenarioError, "2dof-identification-rig", "run_all"):
         maglev.run("2dof-identification-model", fmus=fastest_fmus)
-    with raises(maglev.FmuError, fastest_fmus / "nowhere" / "Regulator2DOF.fmu"):
-        maglev.run("2dof-setpoints", fmus=fastest_fmus / "nowhere")
-    with raises(maglev.ScenarioError, "set", "plant.v.mas", 7, "'v.mass'"):
-        maglev.run("2dof-setpoints", fmus=fastest_fmus, set={"plant.v.mas": 7})
 
 
 def test_what_is_put_in_is_warned_about(fastest_fmus: Path) -> None:

@@ -155,9 +155,6 @@ def test_what_is_refused(name: str, tmp_path: Path) -> None:
 
 
 def test_what_is_no_file(tmp_path: Path) -> None:
-    file(tmp_path, PLAIN)
-    with raises(CsvError, tmp_path / "mien.csv", "'mine.csv'"):
-        read_table(tmp_path / "mien.csv")
     with raises(CsvError, tmp_path, "folder"):
         read_table(tmp_path)
     if hasattr(os, "mkfifo"):

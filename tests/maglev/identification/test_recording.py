@@ -173,12 +173,6 @@ def test_columns_that_nothing_uses_may_be_anything() -> None:
             read_recording(table.renamed({"v": name}))
 
 
-def test_missing_file(tmp_path: Path) -> None:
-    write(tmp_path / "mine.csv", good())
-    with raises(CsvError, tmp_path / "mien.csv", "'mine.csv'"):
-        read_recording(tmp_path / "mien.csv")
-
-
 def test_nothing_moves(tmp_path: Path) -> None:
     table = {name: values if name == "time" else np.full(N, values[0] + 0.001) for name, values in good().items()}
     with raises(IdentificationError, "v 0 mm", "h 0 mm"):

@@ -10,7 +10,7 @@ from reference_5dof import NOMINAL, Reference5DOF
 from reference_stage import G, park_matrix
 
 import maglev
-from maglev.files.errors import IdentificationError
+from maglev.files.errors import CsvError, IdentificationError
 from maglev.identification.identify import Identification, identify
 from maglev.identification.recording import read_recording
 from maglev.identification.regressors import ESTIMATED_STAGES, accelerations, regressors
@@ -91,7 +91,7 @@ def test_recordings_have_gaps_or_tilts(tmp_path: Path) -> None:
     with raises(IdentificationError, "alpha.i_d"):
         read_recording(written(tmp_path / "a.csv", three))
     seen["plant.beta1.gap_encoder"] = 1e3 * seen["plant.beta1.gap_encoder"]
-    with raises(IdentificationError, "beta1.gap_encoder", "0.008", "0.04 m"):
+    with raises(CsvError, "row 2", "plant.beta1.gap_encoder", "23.4", "0.008", "0.04 m"):
         read_recording(written(tmp_path / "a.csv", {"time": time, **seen, **currents}))
 
 

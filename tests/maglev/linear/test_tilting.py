@@ -164,7 +164,7 @@ def test_a_controller_has_to_see_where_the_platform_is() -> None:
     ({"y": "25 mm", "roll": "1 mm"}, {}, ["roll", "'1 mm'", "rad"]),
     ({"y": "25 mm", "roll": "20 mrad"}, {"C4": 1e-3}, ["roll", "20 mrad", "tilt"]),
     ({"y": "25 mm"}, {"roll.locked": True}, ["roll.locked", "true"]),
-    ({"y": "25 mm"}, {"payload.mass": 2.0, "payload.x": 0.2}, ["amplifier.continuous", "4 A"])])
+    ({"y": "25 mm"}, {"payload.mass": 2.0, "payload.x": 0.2}, ["beta1.amplifier.continuous", "4 A"])])
 def test_refusals(at: dict[str, float | str], parameters: dict[str, float | str | bool], facts: list[str]) -> None:
     with raises(LinearModelError, "Plant5DOF", *facts):
         equilibrium("Plant5DOF", at, parameters)

@@ -183,8 +183,6 @@ def test_the_package_keeps_no_baseline_of_another_scenario(tmp_path: Path) -> No
         path.write_text(f'extends = "2dof-push.toml"\nname = "{name}"\n')
         with raises(ScenarioError, path, "baselines"):
             maglev.update(path)
-    with raises(ScenarioError, tmp_path / "mine.toml", "baselines"):
-        maglev.check(tmp_path / "mine.toml")
 
 
 def test_a_changed_parameter_deviates(fmus: Path, baselines: Path) -> None:

@@ -44,8 +44,6 @@ def test_selection() -> None:
     assert [run.name for run in select(["2dof-step-1", "2dof-step-1-linear", "3dof-setpoints"])] == [
         "2dof-step-1-nonlinear", "2dof-step-1-linear", "2dof-step-1-fed-forward", "3dof-setpoints"]
     assert {run.name for run in select(None)} == set(packaged_runs())
-    with raises(ScenarioError, "'3dof-setpoint'", "'3dof-setpoints'"):
-        select(["3dof-setpoint"])
 
 
 def test_two_scenarios_of_one_name_are_refused(tmp_path: Path) -> None:

@@ -86,11 +86,6 @@ def test_messages_are_the_same_in_python_and_on_the_command_line(options: RunOpt
     assert said == f"maglev: {refused.value}"
 
 
-def test_choices_are_refused_with_the_nearest() -> None:
-    with raises(maglev.ScenarioError, "order", "jacob", "sequential", "'jacobi'"):
-        maglev.run("2dof-setpoints", order="jacob")   # type: ignore[arg-type]
-
-
 def test_values_of_ones_own_bring_no_runs_to_compare_with(fastest_fmus: Path, tmp_path: Path,
                                                           monkeypatch: pytest.MonkeyPatch) -> None:
     """The thesis's claims are not judged then; what they compare with may be of a stage without such a parameter."""

@@ -98,17 +98,12 @@ def test_finds_a_csv_next_to_its_scenario(write):
 
 @pytest.mark.parametrize(("old", "new", "facts"), [
     ('stop_time = "2 s"', "", ["hold.toml", "stop_time", "required"]),
-    ('stop_time = "2 s"', 'stop_tme = "2 s"', ["hold.toml", "stop_tme = '2 s'", "'stop_time' (end of"]),
     ('stop_time = "2 s"', 'fail_error = "2 s"', ["fail_error = '2 s'", "[metrics]"]),
     ('stop_time = "2 s"', 'stop_time = true', ["stop_time = True", "not a quantity"]),
-    ('stop_time = "2 s"', 'stop_time = "2 m"', ["hold.toml", "stop_time = '2 m'", "in s"]),
-    ('stop_time = "2 s"', "stop_time = nan", ["hold.toml", "stop_time = nan", "finite"]),
     ('stop_time = "2 s"', "stop_time = -2", ["hold.toml", "stop_time = -2.0", "greater than 0"]),
     ('stop_time = "2 s"', "stop_time = 2.0002", ["hold.toml", "stop_time = 2.0002", "whole number of communication"]),
     ('stop_time = "2 s"', "stop_time = 2\noutput_interval = 0.0007", ["hold.toml", "output_interval", "whole number"]),
-    ('stop_time = "2 s"', "stop_time = ", ["hold.toml", "TOML syntax", "line 5"]),
     ('name = "hold"', "name = 3", ["hold.toml", "name = 3", "expected a valid string"]),
-    ('step = "0.5 ms"', 'step = "0.5 msec"', ["loop.toml", "step = '0.5 msec'", "'ms'"]),
     ("bands =", "band =", ["loop.toml", "metrics.band = ", "'bands'"]),
     ('"10 um"]', '"10 kg"]', ["loop.toml", "metrics.bands[1] = '10 kg'", "in m"]),
     ('model = "Regulator"', "", ["fmus.controller", "model", "file"]),
@@ -205,8 +200,6 @@ def test_a_stage_in_place_of_a_scenario_and_the_other_way_round(tmp_path):
         path.write_text(text)
         require_facts(refusal(path), path, *facts)
     path.write_text('stage = "other.toml"')
-    with raises(StageError, path, "scenario"):
-        maglev.stage(path)
     with raises(StageError, "3dof"):
         maglev.stage("3dof")
 

@@ -73,5 +73,3 @@ def test_names_parts_that_a_system_cannot_have(tmp_path: Path, table: str, facts
 def test_a_run_is_not_built_with_others(tmp_path: Path) -> None:
     with raises(maglev.ScenarioError, "ssp", "2dof-push", "names", "stage"):
         maglev.build(["PID3DOF"], ssp="2dof-push", fmus=tmp_path)
-    with raises(maglev.ScenarioError, "'2dof-pusch'", "'2dof-push'"):
-        maglev.build(ssp="2dof-pusch", fmus=tmp_path)
