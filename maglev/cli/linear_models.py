@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import typer
@@ -18,6 +19,8 @@ from maglev.linear.loop import Loop, opening_among, openings_of, write_bode, wri
 from maglev.linear.margins import Margins
 from maglev.linear.model import poles_text
 from maglev.linear.parameters import Quantity, controllers, measurements, plants
+
+LINE = 80   # letters
 
 
 @dataclass(frozen=True)
@@ -101,8 +104,9 @@ def print_measured(asked: Asked, amplitude: str, **injection: Any) -> None:
 def print_loop(asked: Asked, loop: Loop) -> dict[str, Any]:
     """Print the poles and margins of a loop, write its pictures, and return them as data."""
     signals = tuple(loop.opening(name) for name in asked.openings or loop.measured)
-    typer.echo(f"{loop.closed.name}, sampled every {1e3 * (loop.plant.sample_time or 0.0):g} ms, about "
-               f"{loop.plant.equilibrium}\n\npoles, as rates ln(z)/Ts\n{poles_text(loop.rates)}\n")
+    typer.echo(f"{loop.closed.name}, sampled every {1e3 * (loop.plant.sample_time or 0.0):g} ms\n"
+               f"{fill(f'about {loop.plant.equilibrium}', LINE)}\n\n"
+               f"poles, as rates ln(z)/Ts\n{poles_text(loop.rates)}\n")
     of_signals = {signal: loop.margins(signal) for signal in signals}
     typer.echo(aligned([["opened at", "gain", "phase", "at", "delay", "Ms", "disk", "gain with phase"],
                         ["", "factor", "°", "rad/s", "ms", "", "", "factor, °"],

@@ -57,7 +57,7 @@ def typed(option: Option) -> Any:
         show_default=option.default is not None, **numbers)]
 
 
-# Options of runs, by name: what typer reads, and the default.
+# Options of runs, by name: the annotation for typer, and the default.
 RUN_OPTIONS = {name: (typed(option), option.default) for name, option in OPTIONS.items()}
 
 Command = Callable[..., None]

@@ -122,6 +122,8 @@ def test_refused(fastest_fmus: Path, tmp_path: Path) -> None:
     path = controller(tmp_path)
     line = error_line(command("study", trial(tmp_path), "--vary", "plant.v.mass=±20%", "--controller", path))
     require_facts(line, "plant.v.mass=±20%", "samples")
+    line = error_line(command("study", trial(tmp_path), "--vary", "plant.v.mass=4..5", "--controller", path))
+    require_facts(line, "plant.v.mass=4..5", "FROM:TO", "FROM:TO:NUMBER")
     line = error_line(command("study", trial(tmp_path), "--vary", "plant.v.mass=4,5", "--controller",
                               tmp_path / "pid.py"))
     require_facts(line, tmp_path / "pid.py", "'pd.py'")
