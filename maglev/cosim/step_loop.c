@@ -13,8 +13,10 @@
 
 typedef unsigned int (*Exchange)(void *instance, const uint32_t *references, size_t count, char *values);
 typedef unsigned int (*DoStep)(void *instance, double time, double step, int no_set_before);
-typedef unsigned int (*Exchange3)(void *instance, const uint32_t *references, size_t count, char *values, size_t values_count);
-typedef unsigned int (*DoStep3)(void *instance, double time, double step, bool no_set_before, bool *event, bool *end, bool *early, double *last_time);
+typedef unsigned int (*Exchange3)(void *instance, const uint32_t *references, size_t count, char *values,
+                                  size_t values_count);
+typedef unsigned int (*DoStep3)(void *instance, double time, double step, bool no_set_before, bool *event, bool *end,
+                                bool *early, double *last_time);
 
 /* The struct Prepared of step_loop.py. */
 struct call {
@@ -32,7 +34,8 @@ struct call {
 
 enum { WARNING = 1, EARLY = 100, END = 101 };   /* the last two are of this loop: a step that was not made to its end */
 
-/* A call of FMI 3.0 in communication step k, with the row; of a step that was not made to its end, the time that was reached (s). */
+/* A call of FMI 3.0 in communication step k, with the row; of a step that was not made to its end, the time that was
+   reached (s). */
 static unsigned int call_fmi3(const struct call *c, int64_t k, char *row, double *reached)
 {
     bool event = false, end = false, early = false;
@@ -54,8 +57,9 @@ static unsigned int call_fmi3(const struct call *c, int64_t k, char *row, double
 EXPORT uint64_t maglev_step_loop_version(void) { return VERSION; }
 
 /* Steps first to before last; step k makes the calls of phase k modulo their number, which end before ends[phase].
-   Rows are counted from that of communication point origin. A call is counted in *begun before it is made. Returns the status of a call that was refused, with its step and number in refused[0] and refused[1],
-   and the time that a step has reached in *reached; else 0. */
+   Rows are counted from that of communication point origin. A call is counted in *begun before it is made. Returns the
+   status of a call that was refused, with its step and number in refused[0] and refused[1], and the time that a step
+   has reached in *reached; else 0. */
 EXPORT unsigned int maglev_step_over(struct call *calls, const int64_t *ends, int64_t phases, int64_t first,
                                      int64_t last, int64_t origin, int64_t *begun, int64_t *refused, double *reached)
 {
