@@ -86,6 +86,6 @@ def test_a_picture_has_a_map_of_each_law_and_payload(tmp_path: Path, monkeypatch
     assert [[label.get_text() for label in axes.get_yticklabels()] for axes in figure.axes[::2]] == [
         ["0", "250", "500", "750", "1e+03"]] * 2
     assert [axes.get_ylabel() for axes in figure.axes[::2]] == ["Payload 0 g\ngap, mm", "Payload 1000 g\ngap, mm"]
-    assert [axes.collections[0].get_array().tolist() for axes in figure.axes] == [
+    assert [np.asarray(axes.collections[0].get_array()).tolist() for axes in figure.axes] == [
         layer.tolist() for layer in cells for _ in range(2)]
     assert [text.get_text() for text in figure.legends[0].get_texts()] == [*WORDS[:3]]

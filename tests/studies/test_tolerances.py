@@ -37,7 +37,7 @@ def test_a_study_sets_one_disturbance_at_a_time(tmp_path: Path, stage: str) -> N
 def test_rows_have_the_runs_of_their_step_in_the_order_of_the_study(tmp_path: Path) -> None:
     """Runs that fail from a value on, by what the study sets, are read back from the rows."""
     study = study_of(PACKAGED_STAGES["3dof"], "pid", tmp_path)
-    _, delay, voltage, _, gap = ([value.written for value in each.values] for each in study.vary)
+    _, delay, voltage, _, gap = ([value.written for value in each.values or ()] for each in study.vary)
     held = [not (gap[k] == gap[-1] and delay[k] in ("4 ms", "15 ms")) and voltage[k] != "4 V" for k in range(COUNT)]
     assert rows_of("pid", held) == [("PID", "1 mm", "200 µm and worse", "15 ms and worse", "6 V", "99 % and worse"),
                                     ("PID", "3 mm", "200 µm and worse", "2 ms", "6 V", "99 % and worse")]
