@@ -58,14 +58,14 @@ def message_of(call: Call) -> str:
     (lambda: maglev.run(scenario('step = "0.5 msec"')),
      "mine.toml: step = '0.5 msec': '0.5 msec': unknown unit 'msec'; nearest is 'ms'"),
     (lambda: maglev.run(scenario("stop_time = ")), "mine.toml: TOML syntax: Invalid value (at end of document)"),
-    (lambda: maglev.run(5), "scenario = 5: expected a name, a path or a table"),
+    (lambda: maglev.run(5), "scenario = 5: expected a name, a path or a table"),   # type: ignore[arg-type]
     (lambda: maglev.run("2dof-setpoints", fmus="nowhere"),
      "controller: there is no file nowhere/Regulator2DOF.fmu, expected an FMU; `maglev build` builds those of this "
      "project, with stage = mine.toml those of your own stage"),
     (lambda: maglev.run("2dof-setpoints", step=-1), "step = -1: expected a time above 0 s"),
-    (lambda: maglev.run("2dof-setpoints", order="jacob"),
+    (lambda: maglev.run("2dof-setpoints", order="jacob"),   # type: ignore[arg-type]
      "order = jacob: expected one of sequential, jacobi; nearest is 'jacobi'"),
-    (lambda: maglev.run("2dof-setpoints", kin="native"), "kin: unknown option, nearest is 'kind'"),
+    (lambda: maglev.run("2dof-setpoints", kin="native"), "kin: unknown option, nearest is 'kind'"),   # type: ignore[call-arg]
     (lambda: maglev.run("2dof-setpoints", set="plant.v.mass"),
      "set = plant.v.mass: expected FMU.variable=value, such as plant.y.mass=7.2"),
     (lambda: maglev.run("2dof-setpoints", controller="PIDDOF"),
@@ -98,7 +98,7 @@ def message_of(call: Call) -> str:
      "mine.csv: row 3, column v is 'NaN', expected a finite number"),
     (lambda: maglev.identify(written("mine.csv", RECORDING) and "mien.csv"),
      "mien.csv: cannot be read: No such file or directory, nearest is 'mine.csv'"),
-    (lambda: maglev.study("2dof-setpoints", vary={"plant.v.mass": 4.0}),
+    (lambda: maglev.study("2dof-setpoints", vary={"plant.v.mass": 4.0}),   # type: ignore[dict-item]
      "vary: vary[0].values = 4.0: expected a valid list"),
     (lambda: maglev.check(scenario("")),
      "mine.toml: needs baselines, the folder of its baseline; the package has baselines of its own scenarios only")])

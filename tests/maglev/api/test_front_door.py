@@ -206,4 +206,4 @@ def test_many_runs(fastest_fmus: Path, tmp_path: Path) -> None:
 
 def test_baselines_have_a_step_of_their_own(fastest_fmus: Path) -> None:
     with raises(maglev.ScenarioError, "step", "0.001", "check"):
-        maglev.check(["2dof-smooth"], fmus=fastest_fmus, step=1e-3)
+        maglev.check(["2dof-smooth"], fmus=fastest_fmus, step=1e-3)   # type: ignore[call-arg]

@@ -114,7 +114,7 @@ def test_a_flaw_of_a_description_is_reported_with_the_run(tmp_path: Path) -> Non
     assert note.startswith("small (small.fmu) runs, but its model description is flawed: The unit \"1\" of variable")
 
 
-EXCHANGE = {
+EXCHANGE: dict[str, tuple[dict[str, str], *tuple[str, ...]]] = {
     "an indicator": ({"IN_INDICATORS": "if (f->time > AT) value[0] = NAN;"}, "event indicator 1", "nan"),
     "an event in the past": ({"IN_UPDATE": "if (late(f)) { *defined = true; *next = f->time - 0.01; }"},
                              "next event time", "0.09 s", "0.1 s"),

@@ -208,7 +208,7 @@ def test_refuses_impossible_setups(fmus: Path) -> None:
 
 
 def test_paths_and_times_as_text(fmus: Path) -> None:
-    with Master([FmuSetup("plant", str(fmus / "Plant3DOF.fmu"))], [], "0.2 ms") as master:   # type: ignore[arg-type]
+    with Master([FmuSetup("plant", str(fmus / "Plant3DOF.fmu"))], [], "0.2 ms") as master:
         recording = master.run("1 ms")
     assert repr(master) == "<Master of plant: every 0.0002 s>"
     assert repr(recording) == f"<Recording: 6 points to 0.001 s, {len(recording.columns)} columns>"
@@ -232,10 +232,10 @@ class Doubled:
 
 def test_takes_a_class_or_an_object_instead_of_a_path() -> None:
     for given in (Doubled, Doubled()):
-        with Master([FmuSetup("law", given)], [], 0.5) as master:   # type: ignore[arg-type]
+        with Master([FmuSetup("law", given)], [], 0.5) as master:
             assert master.run(1.0, {"law.u": [1.0, 2.0, 3.0]}).columns["law.y"].tolist() == [0.0, 2.0, 4.0]
     with raises(ControllerError, "None"):
-        FmuSetup("law", None)   # type: ignore[arg-type]
+        FmuSetup("law", None)
 
 
 def test_file_that_is_no_fmu(tmp_path: Path) -> None:

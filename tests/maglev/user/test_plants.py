@@ -121,7 +121,7 @@ def test_its_fmu_has_a_page(slow: None, tmp_path: Path) -> None:
     assert "every communication step" in page and "sample_time" not in page
 
 
-WRONG = {
+WRONG: dict[str, tuple[tuple[str, str], str, *tuple[str, ...]]] = {
     "missing port": (('"h.encoder": "m",', ""), "outputs = {", "h.encoder", "port map"),
     "misspelt port": (('"h.encoder": "m"', '"h.encodr": "m"'), '"h.encodr"', "Mover", "outputs", "'h.encodr'"),
     "unit": (('"h.encoder": "m"', '"h.encoder": "m/s"'), '"h.encoder"', "m/s", "m", "h.encoder"),

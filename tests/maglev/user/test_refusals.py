@@ -15,7 +15,7 @@ import maglev as tool
 from maglev.scenario.loading import load_plan
 from maglev.user.source import PythonClass, PythonFile, read_modules
 
-DECLARED = {
+DECLARED: dict[str, tuple[tuple[str, str], *tuple[str, ...]]] = {
     "an attribute that is not there": (
         ('"v.measured": "m", "h.measured"', '"v.mesured": "m", "h.measured"'),
         "inputs", "'v.mesured'", "self.v.mesured", "self.v_mesured"),
