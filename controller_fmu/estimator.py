@@ -1,4 +1,4 @@
-"""Estimator of the constants of any stage while it moves (sections 3.1.3, 4.3, 5.3)."""
+"""Online estimator of the constants of any stage (sections 3.1.3, 4.3, 5.3)."""
 
 from typing import Any
 

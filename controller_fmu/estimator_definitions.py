@@ -18,7 +18,7 @@ def estimator(stage: StageDescription) -> FmuDefinition:
         name=f"Estimator{stage.suffix}",
         block=Estimator,
         arguments=(stage,),
-        description=f"Estimator of the constants of the {stage.title} while it moves",
+        description=f"Online estimator of the constants of the {stage.title}",
         variables=estimator_variables(stage),
         refusals=refusals(stage),
         experiment=DefaultExperiment(stop_time=500 * stage.sample_time, step=stage.sample_time),

@@ -73,9 +73,7 @@ class Comparison:
 
     @property
     def rows(self) -> list[Row]:
-        """Return the measured values side by side: quantity, axis or motor, time of the step, values by label, the
-        best.
-        """
+        """Return the measured values side by side: quantity, axis or motor, time of the step, values by label, best."""
         return compared_rows(self.results)
 
     def as_data(self) -> dict[str, Any]:

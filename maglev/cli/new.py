@@ -153,7 +153,8 @@ def stage_file(path: Annotated[Path, typer.Argument(
     Keys: force_constant, attraction, attraction_gap, pole_pitch, peak, currents, at, continuous, lag, resistance,
     inductance, slot_pitch, slot_width, magnet_height, and gap and mass of the stage.
 
-    `--like side-by-side` has two motors under one axis, which tilt it. The default is 2dof with a small motor.
+    `--like side-by-side` has two motors under one axis, which tilt it. Without `--like` it copies 3dof, or with
+    `--motor` 2dof.
     """
     with one_line_errors(debug):
         file, scenario = maglev.new_stage(path, like, motor or ())

@@ -81,7 +81,7 @@ def language_errors() -> Iterator[None]:
     try:
         yield
     except Untranslatable as error:
-        raise BuildError(f"{error}; only native FMUs need this") from error
+        raise BuildError(f"{error}; native FMUs need this") from error
 
 
 def require_types(definition: WrittenDefinition, file: Path) -> None:
