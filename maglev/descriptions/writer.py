@@ -142,11 +142,16 @@ def fitted(text: str) -> str:
 
 
 def broken(line: str) -> str:
-    """A line of code in lines within their length, if it is in one bracket from that bracket on; else as it is."""
+    """A line of code in lines within their length, if it is in one bracket from that bracket on; else as it is.
+
+    A line without brackets that ends with a comma is in one that is open already.
+    """
     code, mark, comment = line.partition("   #")
     begin = min(filter(lambda place: place >= 0, map(code.find, "([{")), default=-1)
     depths = list(accumulate((letter in "([{") - (letter in ")]}") for letter in code.rstrip(":,")))
-    if begin < 0 or 0 in depths[begin:-1]:
+    if begin < 0 and code.endswith(","):
+        begin = len(code) - len(code.lstrip()) - 1
+    elif begin < 0 or 0 in depths[begin:-1]:
         return line
     return fill(UNBROKEN.sub("\N{NO-BREAK SPACE}", code), LONGEST, subsequent_indent=" " * (begin + 1),
                 break_long_words=False, break_on_hyphens=False).replace("\N{NO-BREAK SPACE}", " ") + mark + comment

@@ -111,7 +111,7 @@ def test_code_that_is_not_of_the_language() -> None:
     require_native_tools()
     path = law(("w = self.bandwidth", "w = max([self.bandwidth])"))
     assert message_of(lambda: maglev.build(path, kind="native")) == (
-        "pd.py, line 61: a new list: expected one that __init__ sets, and assignments to its elements; only native "
+        "pd.py, line 61: a new list: expected one that __init__ sets, and assignments to its elements; native "
         "FMUs need this")
 
 
