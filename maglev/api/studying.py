@@ -352,13 +352,10 @@ def given_values(target: str, text: str, sampled: bool) -> dict[str, Any]:
         return {"kind": "percent", "percent": f"{percent[1]} %"}
     if len(parts) == 2:
         return {"kind": "uniform", "low": number_or_text(parts[0]), "high": number_or_text(parts[1])}
-    if len(parts) == 1:
-        if ".." in text:
-            raise ScenarioError(f"{target}={text}: expected a range as FROM:TO, a grid as FROM:TO:NUMBER, or values "
-                                "with commas between")
+    if len(parts) == 1 and ".." not in text:
         return {"kind": "list", "values": [word == "true" if word in ("true", "false") else number_or_text(word)
                                            for word in map(str.strip, text.split(","))]}
     if len(parts) != 3 or not parts[2].isdigit():
-        raise ScenarioError(f"{target}={text}: expected {target}=FROM:TO:NUMBER, such as -2000:-800:20, or values "
-                            "with commas between")
+        raise ScenarioError(f"{target}={text}: expected a grid FROM:TO:NUMBER, such as -2000:-800:20, a range FROM:TO, "
+                            "or values with commas between")
     return {"kind": "grid", "from": number_or_text(parts[0]), "to": number_or_text(parts[1]), "number": int(parts[2])}
