@@ -78,9 +78,14 @@ def study_of(stage: StageDescription, law: str, folder: Path) -> StudyFile:
     beside = {f"reference.{axis.name}.end": BESIDE[bool(stage.rotations)]
               for axis in stage.rotations or stage.horizontal}
     limits = {f"end error of {axis.name}": {"max": FAR[axis.rotation]} for axis in stage.axes}
-    return read_study({"name": f"tolerance-{stage.name}-{law}", "scenario": str(scenario.resolve()),
-                       "vary": [*vary, steps], "set": beside, "metrics": ["end error"], "design": {"kind": "rows"},
-                       "limits": {"failed": {"max": 0}, **limits}}, scenario)
+    return read_study({
+        "name": f"tolerance-{stage.name}-{law}",
+        "scenario": str(scenario.resolve()),
+        "design": {"kind": "rows"},
+        "vary": [*vary, steps],
+        "set": beside,
+        "metrics": ["end error"],
+        "limits": {"failed": {"max": 0}, **limits}}, scenario)
 
 
 def worst_value(held: Sequence[bool], disturbance: Disturbance) -> str:

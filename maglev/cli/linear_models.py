@@ -28,11 +28,10 @@ class Asked:
     """The parsed arguments of the command."""
 
     names: Sequence[str]                         # a plant, a controller, or both
-    at: Mapping[str, Quantity]                 # positions by axis
+    at: Mapping[str, Quantity]                   # positions by axis
     parameters: Mapping[str, dict[str, Any]]     # of "plant", "controller" and "measurement"
-    openings: Sequence[str]                      # signals; every axis if there are none
-    # for any FMU, which is run: stage, settle, sample_time, options of runs
-    how: Mapping[str, Any]
+    openings: Sequence[str]                      # signals at which the loop is opened; none: those of every axis
+    how: Mapping[str, Any]                       # options of loops whose FMUs are run, such as stage and settle
     pictures: Path | None                        # folder, where they are asked for
     json: Path | None                            # file, where it is asked for
 
@@ -46,7 +45,7 @@ class Asked:
             write_json(self.json, data)
 
 
-def of_one(asked: Asked, hold: str | None, **model: Any) -> None:
+def of_one(asked: Asked, hold: str | None, **options: Any) -> None:
     """Print the linear model of a plant or a controller."""
     name, = asked.names
     # Options of a plant's model do not apply to a controller: `linearise` raises an error for them.
@@ -54,10 +53,10 @@ def of_one(asked: Asked, hold: str | None, **model: Any) -> None:
     for other, given in asked.parameters.items():
         if given and other != own:
             raise LinearModelError(f"--set {other}.{next(iter(given))}: expected {own}.… with {name}")
-    linear = maglev.linearise(name, asked.at, hold=None if hold is None else number_or_text(hold),
-                              parameters=asked.parameters[own], **model)
-    typer.echo(str(linear), nl=False)
-    asked.write(linear.as_data())
+    sample_time = None if hold is None else number_or_text(hold)
+    model = maglev.linearise(name, asked.at, hold=sample_time, parameters=asked.parameters[own], **options)
+    typer.echo(str(model), nl=False)
+    asked.write(model.as_data())
 
 
 def of_loop(asked: Asked, amplifier: bool) -> None:
@@ -78,7 +77,7 @@ def by_differences(asked: Asked) -> None:
     if numerical.loop is None:
         typer.echo(f"{numerical.pair.name}\n\n{numerical}")
         asked.write({"name": numerical.pair.name, **numerical.as_data()})
-        numerical.linear()   # says that there is none
+        numerical.linear()   # raises the error: this loop has no linear model
         return
     data = print_loop(asked, numerical.loop)
     typer.echo(f"\n{numerical}")
@@ -111,10 +110,13 @@ def print_loop(asked: Asked, loop: Loop) -> dict[str, Any]:
     typer.echo(aligned([["opened at", "gain", "phase", "at", "delay", "Ms", "disk", "gain with phase"],
                         ["", "factor", "°", "rad/s", "ms", "", "", "factor, °"],
                         *(margin_cells(margins) for margins in of_signals.values())]))
-    data = {"name": loop.closed.name, "sample_time": loop.plant.sample_time,
-            "poles": [[pole.real, pole.imag] for pole in loop.poles.tolist()],
-            "margins": {signal: vars(margins) for signal, margins in of_signals.items()}}
-    return data if asked.pictures is None else {**data, "pictures": write_pictures(asked.pictures, loop, signals)}
+    data: dict[str, Any] = {
+        "name": loop.closed.name, "sample_time": loop.plant.sample_time,
+        "poles": [[pole.real, pole.imag] for pole in loop.poles.tolist()],
+        "margins": {signal: vars(margins) for signal, margins in of_signals.items()}}
+    if asked.pictures is not None:
+        data["pictures"] = write_pictures(asked.pictures, loop, signals)
+    return data
 
 
 def margin_cells(margins: Margins) -> list[str]:
