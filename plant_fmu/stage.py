@@ -143,7 +143,6 @@ class Stage:
         """Compute the rates of the states at the present point of a continuous model, and all that is continuous."""
         magnetics = self.magnetics
         mover = self.mover
-        bus = self.bus_voltage
         self.place_motors()
         mover.resume(self.axes)
         for axis in self.axes:
@@ -152,10 +151,10 @@ class Stage:
             group.angle.turn(magnetics.kinds[group.kind].geometry, mover.displacements[group.axis])
         for motor in self.motors:
             motor.resume(magnetics.groups[motor.group].angle)
-        if bus > 0.0:
+        if self.bus_voltage > 0.0:
             mover.induce(self.axes, self.motors, magnetics, 0.0)
         for motor in self.motors:
-            motor.derive(bus)
+            motor.derive(self.bus_voltage)
         self.add_slope(1.0, 0.0)
         mover.report()
         for axis in self.axes:
