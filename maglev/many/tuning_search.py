@@ -155,31 +155,35 @@ def gains_toml(tuning: TuneFile, result: SearchResult) -> str:
 def show_result(console: Console, tuning: TuneFile, cost: Cost, result: SearchResult) -> None:
     """Print the metrics before and after, on the plants of the search and on fresh ones, and the parameters."""
     console.print(heading(tuning.name, tuning.title or tuning.scenario))
-    groups = [(f"searched, {len(result.before)} plants", result.before, result.after)]
+    groups = [(f"the {len(result.before)} plants of the search", result.before, result.after)]
     if tuning.fresh:
-        groups.append((f"fresh, {len(result.fresh_before)} plants", result.fresh_before, result.fresh_after))
+        groups.append((f"{len(result.fresh_before)} other plants", result.fresh_before, result.fresh_after))
     for title, before, after in groups:
-        heads = ("median before", "after", "largest before", "after", "without end before", "after", "less on")
+        heads = ("median before", "after", "largest before", "after", "never settled before", "after", "lower on")
         console.print(ResultTable(title, ("metric", *heads), (
             row(column.name, before[:, i], after[:, i], column.unit) for i, column in enumerate(cost.columns)
             if column.name not in EVENTS or column.name in FLAWS)))
-        console.print(f"{(cost.excess(after[None], before) == 0.0).mean():.0%} of the plants within all limits",
-                      highlight=False)
+        within = percent((cost.excess(after[None], before) == 0.0).mean())
+        console.print(f"{within} of the plants are within all limits", highlight=False)
     console.print(", ".join(f"{name} = {value:g}" for name, value in result.parameters.items()), highlight=False)
 
 
 def row(name: str, before: Array, after: Array, unit: str) -> list[str]:
-    """Row of a metric: name, medians, the largest that have an end, shares without one, and where it became less."""
+    """Row of a metric: name, medians, largest finite values, and the shares of plants without one, and with less."""
     cells = [metric_text(name, summary(values), unit) for summary in (median, largest) for values in (before, after)]
-    shares = [f"{np.mean(share):.0%}" for share in (~np.isfinite(before), ~np.isfinite(after), after < before)]
+    shares = [percent(np.mean(share)) for share in (~np.isfinite(before), ~np.isfinite(after), after < before)]
     return [name, *cells, *shares]
 
 
+def percent(share: float | np.floating[Any]) -> str:
+    return f"{100.0 * share:.0f} %"
+
+
 def median(values: Array) -> float:
-    """Return the median over the plants; infinite if half of them never end."""
+    """Return the median over the plants; infinite if half of them never settle."""
     return float(np.quantile(np.where(np.isnan(values), np.inf, values), 0.5, method="higher"))
 
 
 def largest(values: Array) -> float:
-    """Largest of those that have an end; infinite if none has."""
+    """Return the largest finite value; minus infinity if there is none."""
     return float(np.max(values[np.isfinite(values)], initial=-np.inf))

@@ -207,7 +207,7 @@ def test_the_command_says_what_it_found_or_what_is_wrong(fastest_fmus: Path, tmp
     path.write_text(FILE.replace("= 8", "= 5"), encoding="utf-8")
     result = command("tune", path, "--fmus", fastest_fmus, "--out", tmp_path, "--jobs", "1")
     assert result.exit_code == 0, result.output
-    for words in ("searched, 2 plants", "fresh, 3 plants", "plant.h.position_start = ", "tuned.toml"):
+    for words in ("the 2 plants of the search", "3 other plants", "plant.h.position_start = ", "tuned.toml"):
         assert words in result.output
     assert "there is no tuning file 'horizontal'; nearest is 'horizontal-3dof'" in error_line(
         command("tune", "horizontal"))
