@@ -9,6 +9,7 @@ import pyarrow as pa
 from scipy.stats import binomtest, chi2_contingency
 
 from maglev.files.arrays import Bools
+from maglev.many.study_columns import FLAWS
 from maglev.many.study_file import LISTED
 from maglev.pages.findings import html_table, typeset
 from maglev.pages.study_text import beyond_limits, numbers, passing_text, units_of
@@ -18,15 +19,21 @@ from maglev.scenario.quantities import metric_text
 
 
 def failing(table: pa.Table, about: Mapping[str, Any]) -> list[tuple[str, str, Bools]]:
-    """Reasons, most first: metric with a limit or none, words, and which samples fail by it, shape (samples,)."""
-    units = units_of(table)
-    reasons = [(name, reason(about, name, units[name]), beyond_limits(numbers(table, name), about, name))
-               for name in about["limits"]]
-    if not about["limits"]:
-        causes = [*map(cause, table["ending"].to_pylist())]
-        reasons += [("", words, np.array([each == words for each in causes])) for words in sorted({*causes} - {""})]
-    else:
+    """Reasons, most first: metric with a limit or none, words, and which samples fail by it, shape (samples,).
+
+    Samples that failed or ended off target have the cause as their reason.
+    """
+    units, limits = units_of(table), about["limits"]
+    beyond = {name: beyond_limits(numbers(table, name), about, name) for name in limits}
+    reasons = [(name, reason(about, name, units[name]), beyond[name]) for name in limits if name not in FLAWS]
+    flaws = [beyond[name] for name in FLAWS if name in limits]
+    if limits:
         reasons.append(("", "not completed", np.array([why is not None for why in table["failure"].to_pylist()])))
+    else:
+        flaws = [np.ones(len(table), bool)]   # every ending counts
+    for of_flaw in flaws:
+        causes = np.where(of_flaw, [*map(cause, table["ending"].to_pylist())], "")
+        reasons += [("", words, causes == words) for words in sorted({*causes.tolist()} - {""})]
     return sorted((item for item in reasons if item[2].any()), key=lambda item: -item[2].sum())
 
 

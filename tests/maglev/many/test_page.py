@@ -101,6 +101,17 @@ def test_the_page_says_from_where_on_it_breaks() -> None:
     assert "6 of 12 samples pass" in text and "by overshoot of v above its limit" in text
 
 
+def test_samples_that_fail_have_the_cause_as_reason() -> None:
+    made, about = broken_at(GRID)
+    failed = [not each for each in made["passed"].to_pylist()]
+    for name, column in {"failed": failed, "ending": [
+            "failed: touched an end stop on v at 0.100 s" if each else "completed" for each in failed]}.items():
+        place = made.schema.get_field_index(name)
+        made = made.set_column(place, made.schema.field(place), pa.array(column))
+    said = study_verdict(made, {**about, "limits": {"failed": {"max": 0.0}}})
+    assert "the others fail by an end stop on v." in said
+
+
 def test_of_values_at_random_the_share_that_passes_is_told_with_its_uncertainty() -> None:
     """Wilson's interval has a width where all or none pass; what does not decide has no clear influence."""
     draw = np.random.default_rng(1)
