@@ -13,12 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from maglev.files.packages import require_own_packages
+from maglev.language.sources import parsed
 
 # Modules of the public names, from the file in which type checkers read them. Whoever needs one function does not wait
 # for the imports of all.
-MODULES = {name.name: str(statement.module)
-           for statement in ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
-           if isinstance(statement, ast.ImportFrom) for name in statement.names}
+MODULES = dict(sorted((name.name, str(statement.module))
+                      for statement in parsed(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
+                      if isinstance(statement, ast.ImportFrom) for name in statement.names))
 __all__ = list(MODULES)
 
 

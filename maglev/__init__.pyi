@@ -61,3 +61,5 @@ from maglev.user.new_stage import new_scenario as new_scenario
 from maglev.user.new_stage import new_stage as new_stage
 
 __version__: str
+__all__: list[str]   # the names above
+MODULES: dict[str, str]   # of the names
