@@ -59,11 +59,8 @@ class Axis:
         self.velocity_sum = 0.0
         self.deflection_sum = 0.0
 
-    def start(self, seed: int, number: int) -> bool:
-        """Place the mover at rest at its start position, on the track of a seed and of the axis's number.
-
-        Return False if the start is not between the stops.
-        """
+    def start(self, seed: int, number: int) -> None:
+        """Place the mover at rest at its start position, on the track of a seed and of the axis's number."""
         self.friction.start(seed, number)
         self.roughness.start(seed, number)
         self.position = self.position_start
@@ -71,7 +68,6 @@ class Axis:
         self.deflection = 0.0
         self.flexible = self.mode.start()
         self.swing = 0.0
-        return not self.beyond_stop()
 
     def beyond_stop(self) -> bool:
         """Return True if the mover is beyond an end stop of this axis."""

@@ -103,13 +103,13 @@ class LevelMover:
                 ratio.coils * coils * f3, ratio.iron * iron * f4)
 
     def start(self) -> None:
-        """Start again: there is nothing to do, nor in most methods below; see `TiltingMover`."""
+        """Nothing: a level mover keeps no state of its own from step to step. See `TiltingMover.start`."""
 
     def begin(self, axes: list[Axis]) -> None:
-        """Begin an integration step."""
+        """Nothing: axes have all that a step begins with."""
 
     def resume(self, axes: list[Axis]) -> None:
-        """Begin to compute rates."""
+        """Nothing, as in `begin`."""
 
     def place(self, axes: list[Axis]) -> None:
         """Put the motors where the mover has them."""
@@ -117,13 +117,13 @@ class LevelMover:
             self.displacements[k] = axes[k].position
 
     def deliver(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> None:
-        """Set the outputs at the end of a communication step."""
+        """Nothing: only a mover that tilts has outputs."""
 
     def measure(self, axes: list[Axis], encoder: Encoder) -> None:
-        """Set the outputs of encoders."""
+        """Nothing: the encoder of the axis measures the air gap."""
 
     def report(self) -> None:
-        """Set outputs by the forces at the present point."""
+        """Nothing: only a mover that tilts has outputs."""
 
     def first_beyond(self) -> int:
         """Number, from 1, of the first motor beyond an end stop of its own: 0, none has one."""

@@ -4,10 +4,10 @@ from pmlsm.electrical_angle import ElectricalAngle
 
 
 class MotorGroup:
-    """The kind and the axis that motors have in common, and the electrical angle at their displacement."""
+    """Numbers of the kind and the axis that motors have in common, and the electrical angle at their displacement."""
 
     def __init__(self, kind: int, axis: int):
-        self.kind = kind           # number of the kind
-        self.axis = axis           # number of the axis
+        self.kind = kind
+        self.axis = axis
         self.angle = ElectricalAngle()
         self.attraction = 0.0      # N/T², of each motor at this place along the slots; where the platform tilts

@@ -9,7 +9,7 @@ from plant_fmu.motor_supply import END, MIDDLE, START
 from plant_fmu.tilting_mover import TiltingMover
 from pmlsm.stage_description import StageDescription
 
-STARTED = 0         # status of `start` and `step`; from 1 on the number of the stop that the mover is beyond
+DONE = 0            # status of all methods; from 1 on the number of the stop that the mover is beyond
 RUN_AWAY = 1        # these are counted after the stops
 STEP_TOO_LONG = 2
 NO_SUCH_MOTOR = 3
@@ -69,7 +69,7 @@ class Stage:
         if beyond > 0:
             return len(self.stopped) + beyond
         self.measure()
-        return STARTED
+        return DONE
 
     def step(self, t: float, dt: float) -> int:
         """Move from t to t + dt (s) with the inputs held."""
@@ -90,7 +90,7 @@ class Stage:
             motor.deliver()
         self.mover.deliver(self.axes, self.motors, self.magnetics)
         self.measure()
-        return STARTED
+        return DONE
 
     def integrate(self, dt: float) -> bool:
         """Move over one integration step dt (s); False where the mover has run away."""
@@ -160,7 +160,7 @@ class Stage:
         for axis in self.axes:
             if not axis.contained():
                 return self.stops + RUN_AWAY
-        return STARTED
+        return DONE
 
     def settle(self) -> bool:
         """Take in an event of a continuous model: stops, clamps, first currents, encoders.

@@ -36,8 +36,9 @@ class TiltingMover:
                        for motor in stage.motors]
         self.accelerations = [0.0 for _ in stage.axes]   # m/s² or rad/s², by axis
         self.thrusts = [0.0 for _ in stage.horizontal]   # N, along each of the axes
-        self.roll = 1 + len(stage.horizontal)            # number of the axis
-        self.pitch = len(stage.axes) - 1                 # likewise; that of roll where guides hold the pitch
+        # Numbers of the axes; where guides hold the pitch, that of roll stands for it.
+        self.roll = 1 + len(stage.horizontal)
+        self.pitch = len(stage.axes) - 1
         # By horizontal axis: the tilt that moves the magnets along it, and its lever over the height.
         both = len(stage.rotations) == 2
         self.tilt = [self.pitch, self.roll] if both else [self.roll]

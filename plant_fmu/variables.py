@@ -2,6 +2,7 @@
 
 from maglev.fmi.definition import Variable, flag, parameter, real_input, real_output, switch
 from plant_fmu.places import placed
+from plant_fmu.stage import NO_SEED, NO_SUCH_MOTOR, RUN_AWAY, STEP_TOO_LONG
 from pmlsm.stage_description import StageAxis, StageConstant, StageDescription
 from pmlsm.variables import CONSTANTS, bad_geometry, motor_geometry
 
@@ -194,16 +195,17 @@ def stage_refusals(stage: StageDescription) -> dict[int, str]:
               f"{stops(axis.name)}" for axis in stage.ordered_axes if axis.stop is not None]
     beyond += [f"{motor}.gap = {{{motor}.gap}} m at the start, expected one between the stops {stops(motor)}"
                for motor in stage.motor_names if stage.rotations]
-    run_away, step_too_long, no_motor, no_seed = range(len(beyond) + 1, len(beyond) + 5)
+    others = len(beyond)   # their numbers begin after this
     places = ", ".join(f"{axis.name}.position = {{{axis.name}.position}} {axis.unit('m')}" for axis in stage.axes)
     every = "both" if len(stage.axes) == 2 else "all"
     bounds = "1000 m or rad and slower than 1e6 m/s or rad/s" if stage.rotations else "1000 m and slower than 1e6 m/s"
     return {
         **dict(enumerate(beyond, 1)),
-        run_away: f"the mover has run away in the step from {{time}} s: {places}, expected {every} within {bounds}",
-        step_too_long: "communication step = {step} s, expected at most 1000 s",
-        no_motor: bad_geometry(stage),
-        no_seed: "guide_seed = {guide_seed}, expected a whole number"}
+        others + RUN_AWAY: f"the mover has run away in the step from {{time}} s: {places}, expected {every} within "
+                           f"{bounds}",
+        others + STEP_TOO_LONG: "communication step = {step} s, expected at most 1000 s",
+        others + NO_SUCH_MOTOR: bad_geometry(stage),
+        others + NO_SEED: "guide_seed = {guide_seed}, expected a whole number"}
 
 
 def stops(owner: str) -> str:

@@ -39,5 +39,8 @@ def normal_terms(attraction: float, coils: float, iron: float, f2: float, f3: fl
 
 def normal_acceleration(attraction: float, coils: float, iron: float, f2: float, f3: float, f4: float, direct: float,
                         squares: float) -> float:
-    """Acceleration (m/s²) of the air gap by the motors and gravity; arguments as of `normal_terms`."""
+    """Acceleration (m/s²) of the air gap by the motors and gravity; arguments as of `normal_terms`.
+
+    The terms are added in the order of (5.3), which decides the last bits.
+    """
     return GRAVITY - iron * f4 * squares + coils * f3 * direct - attraction * f2

@@ -219,6 +219,9 @@ class Fmu:
         self.set_functions: dict[str, Any] = {}
         self.get_functions: dict[str, Any] = {}
         self.ticking: Ticking | None = None   # with clocks
+        self.started: dict[str, float | bool | str] = {}   # start values of the last run, and their places
+        self.start_buffers: list[Buffer] = []
+        self.start_places: dict[str, tuple[Any, int]] = {}
         try:
             self.load()
         except Exception as error:
@@ -312,20 +315,13 @@ class Fmu:
     def initialise(self, start: Mapping[str, float | bool | str], start_time: float, stop_time: float,
                    give_inputs: Callable[[], None] = lambda: None) -> None:
         """Set start values and go through the initialization, in which it is given inputs."""
-        for name, value in start.items():
-            self.require_start(name, value)
+        self.take_start(start)
         texts = {name: value for name, value in start.items() if isinstance(value, str)}
-        numbers = {name: value for name, value in start.items() if not isinstance(value, str)}
-        buffers = self.buffers([self.variable(name) for name in numbers])
-        for buffer in buffers:
-            for i, name in enumerate(buffer.names):
-                value = self.scales[name].to_own(numbers[name]) if name in self.scales else numbers[name]
-                buffer.values[i] = type(buffer.values[i])(value)
         try:
             def set_values() -> None:
                 for name, text in texts.items():
                     self.set_text(name, text)
-                for buffer in buffers:
+                for buffer in self.start_buffers:
                     self.set(buffer)
 
             self.fmi.initialised(self.instance, start_time, stop_time, set_values, give_inputs, self.ticking)
@@ -334,6 +330,27 @@ class Fmu:
         except Exception as error:
             raise FmuError(f"{self.name} ({self.source.name}) refused its initialization: "
                            f"{self.said() or error}") from error
+
+    def take_start(self, start: Mapping[str, float | bool | str]) -> None:
+        """Put start values into their buffers; FmuError for one that does not fit.
+
+        In repeated runs most values are the same objects as in the run before, which are in their places already.
+        """
+        last, self.started = self.started, {}
+        if last.keys() != start.keys():
+            last = {}
+            self.start_buffers = self.buffers([self.variable(name) for name in start])
+            self.start_places = {name: (buffer.values, place) for buffer in self.start_buffers
+                                 for place, name in enumerate(buffer.names)}
+        for name, value in start.items():
+            if value is last.get(name, self):
+                continue
+            self.require_start(name, value)
+            if not isinstance(value, str):
+                values, place = self.start_places[name]
+                own = self.scales[name].to_own(value) if name in self.scales else value
+                values[place] = type(values[place])(own)
+        self.started = {**start}
 
     def set_text(self, name: str, text: str) -> None:
         """Set a String variable."""

@@ -62,20 +62,20 @@ def native_parts(fmus: Iterable[Fmu], written: Mapping[str, Variables] | None = 
         if variables is None or fmu.scales:
             return None
         parts[id(fmu)] = part = Part(number, variables)
-        code, instance = block_files(path, digest_at(path))
-        files |= {**instance, part.header: prefixed(code, f"{part.block}_")}
+        code, instance = block_files(path, digest_at(path), f"{part.block}_")
+        files |= {**instance, part.header: code}
     return files, parts
 
 
 @lru_cache(maxsize=16)
-def block_files(path: Path, _sha256: str) -> tuple[str, dict[str, str]]:
-    """C of the block in an FMU, and the headers, by name, of its instances.
+def block_files(path: Path, _sha256: str, prefix: str) -> tuple[str, dict[str, str]]:
+    """C of the block in an FMU, with a prefix for its names, and the headers, by name, of its instances.
 
     Read once for each content of the file: every batch asks for them. Nothing may be changed in them.
     """
     carried = {name.removeprefix(SOURCES): data.decode("utf-8") for name, data in files_in(path).items()
                if name.startswith(SOURCES)}
-    return carried[BLOCK], {name: carried[name] for name in INSTANCE}
+    return prefixed(carried[BLOCK], prefix), {name: carried[name] for name in INSTANCE}
 
 
 def filled_in(file: Path, **what: object) -> str:

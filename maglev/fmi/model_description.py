@@ -279,13 +279,15 @@ def structure_of(definition: FmuDefinition,
                  continuous: ContinuousModel | None) -> dict[str, dict[str, tuple[str, ...]]]:
     """Names of unknowns, each with the names that it depends on, by their element of FMI 2.0."""
     outputs = [v for v in definition.variables if v.causality == "output"]
+    if continuous and (missing := [v.name for v in outputs if v.name not in continuous.outputs]):
+        raise ExportError(f"{definition.name}: the output {missing[0]} names no states and inputs on which it depends, "
+                          "expected them in `ContinuousModel.outputs`")
     unknowns = {"Outputs": {v.name: continuous.outputs[v.name] if continuous else v.depends_on for v in outputs}}
     initial = {v.name: v.starts_from for v in outputs}
     if continuous:
         unknowns["Derivatives"] = {state.derivative: state.depends_on for state in continuous.states}
         # States begin at 0 except for positions. Much decides their rates; it is written out, though to say nothing
-        # would
-        # say the same: CasADi 3.8.2 reads no FMI 3.0 without it.
+        # would say the same: CasADi 3.8.2 reads no FMI 3.0 without it.
         known = tuple(v.name for v in definition.variables if v.causality in ("input", "parameter"))
         initial = {state.derivative: known for state in continuous.states} | {
             state.variable: () for state in continuous.states} | initial

@@ -76,7 +76,6 @@ class RepeatedRun:
             self.master = Master(experiment.setups(), experiment.connections, experiment.step, experiment.order,
                                  loop=experiment.loop)
             self.master.wire(self.experiment.plan.stop_time, self.drives)
-            assert self.master.wiring is not None
             self.driven = self.drives
             self.columns = self.meter = self.one_by_one = None
             self.asked = {}
@@ -94,7 +93,7 @@ class RepeatedRun:
 
     def find_loop(self, build: bool) -> None:
         """Find the loop for runs side by side, or else one by one; compile it now where `build` asks for it."""
-        assert self.master is not None and self.master.wiring is not None
+        assert self.master is not None
         wiring, measuring = self.master.wiring, self.measuring
         wide = self.loop = None
         if measuring is None or not {*self.given()} >= {axis.reference for axis in self.experiment.plan.axes.values()}:
@@ -112,7 +111,7 @@ class RepeatedRun:
 
     def given(self) -> dict[str, Array]:
         """Return the present signals of the master by name, shape (points,)."""
-        assert self.master is not None and self.master.wiring is not None
+        assert self.master is not None
         return {name: row for track in self.master.wiring.tracks if track.signals is not None
                 for name, row in zip(track.names, track.signals, strict=True)}
 
@@ -130,7 +129,6 @@ class RepeatedRun:
         try:
             master = self.load()
             self.drive(master, changes)
-            assert master.wiring is not None
             if self.columns is None:
                 self.columns = Columns(master.wiring.tracks, master.steps + 1, np.float64, self.wanted)
             recording = master.run_again(self.start(changes), columns=self.columns)

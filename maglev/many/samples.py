@@ -1,4 +1,4 @@
-"""Samples of a study run one after the other, on one instance of each FMU: in this process, or in one next to it."""
+"""Samples of a study, run on one instance of each FMU: side by side in lanes, or one after the other."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
