@@ -41,6 +41,7 @@ NOT_TYPED = {
     "maglev tune ": "the same",
     "dask ": "a cluster; tests/maglev/many/test_cluster.py",
     "python -m studies": "a clone, and hours",
+    "python tools/published_poles": "a clone, and minutes",
     "maglev region 5dof": "minutes; tests/maglev/analysis",
     "maglev region 3dof x --gap 25mm --synthesise": "the same",
     "maglev report 3dof-parabolas": "minutes; tests/maglev/runs",
@@ -52,13 +53,14 @@ NOT_TYPED = {
     "maglev compare 2dof-setpoints --controller Regulator2DOF --controller learned.py": "the same",
 }
 # A reader's files that a line has to find: FMUs of other tools, their maps, parameter sets.
-OF_THE_READER = re.compile(r"(?<![\w./-])(?:mine|theirs|my)\.(?:fmu|ssv)\b|\bports\.toml|\b"
+OF_THE_READER = re.compile(r"(?<![\w./-])(?:mine|theirs|my)\.(?:fmu|ssv)\b|\bports\.toml|\blogged\.txt|\b"
                            r"my_(?:scenario|tuning)\.toml|…")
 
 
 # What the reader of a page has typed before, on another one.
 BEFORE = {"docs/linear_models.md": "maglev new controller mine.py --stage 3dof",
-          "docs/live.md": "maglev new stage mine.toml --like 3dof"}
+          "docs/live.md": "maglev new stage mine.toml --like 3dof",
+          "docs/studies.md": "maglev new scenario mine.toml --stage 3dof"}
 
 
 def reason(line: str) -> str | None:
