@@ -80,4 +80,4 @@ def test_help_imports_little() -> None:
     ours = [name for name in sorted(imported) if name.count(".") == 2 and name.startswith("maglev.")]
     assert [name for name in ours if not name.startswith("maglev.cli.")] == [
         "maglev.files.errors", "maglev.files.interrupts", "maglev.files.packages", "maglev.identification.settings",
-        "maglev.scenario.options"]
+        "maglev.language.sources", "maglev.scenario.options"]
