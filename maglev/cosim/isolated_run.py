@@ -36,7 +36,7 @@ TRACK = "track"     # files of the arrays, TRACK0.float64 and so on
 Complete = Callable[[Recording], None]   # told of a recording
 
 
-class Job(NamedTuple):
+class IsolatedRun(NamedTuple):
     """A run; for the parameters see `Master`."""
 
     setups: Sequence[FmuSetup]
@@ -131,13 +131,13 @@ class Reporter(Observer):
                         [names[id(array)] for array in self.arrays]))
 
 
-def run_and_report(folder: Path, job: Job, send: Send) -> None:
+def run_and_report(folder: Path, run: IsolatedRun, send: Send) -> None:
     """Do a run in this process, recorded into a folder, and send reports."""
     observer = Reporter(folder, send)
     try:
-        with Master(job.setups, job.connections, job.step, job.order, observer, job.loop) as master:
-            master.require_memory(job.stop_time)
-            recording = master.run(job.stop_time, job.drives, lambda *steps: send(Stepped(*steps)))
+        with Master(run.setups, run.connections, run.step, run.order, observer, run.loop) as master:
+            master.require_memory(run.stop_time)
+            recording = master.run(run.stop_time, run.drives, lambda *steps: send(Stepped(*steps)))
             send(Finished(recording.notes))   # whatever happens in the calls that are left
             for name, fmu in master.fmus.items():
                 observer.stage(name, f"{fmu.fmi.prefix}FreeInstance")
@@ -147,7 +147,7 @@ def run_and_report(folder: Path, job: Job, send: Send) -> None:
         send(Failed(str(error), len(error.recording.time), format_exc()))
 
 
-def run_apart(job: Job, progress: Progress | None = None, timeout: float = TIMEOUT,
+def run_apart(run: IsolatedRun, progress: Progress | None = None, timeout: float = TIMEOUT,
               complete: Complete = lambda _: None) -> Recording:
     """Do the work of a `Master` in another process; errors as there, RunFailed also if the process dies.
 
@@ -158,15 +158,15 @@ def run_apart(job: Job, progress: Progress | None = None, timeout: float = TIMEO
     """
     with other_process() as (worker, folder):
         (folder / COUNTER).write_bytes(bytes(8))
-        worker.ask(partial(run_and_report, folder, job))
-        return Follower(job, folder, worker, timeout).follow(progress, complete)
+        worker.ask(partial(run_and_report, folder, run))
+        return Follower(run, folder, worker, timeout).follow(progress, complete)
 
 
 class Follower:
     """State of a run in another process, as known here."""
 
-    def __init__(self, job: Job, folder: Path, process: WorkerProcess, timeout: float):
-        self.job = job
+    def __init__(self, run: IsolatedRun, folder: Path, process: WorkerProcess, timeout: float):
+        self.run = run
         self.folder = folder
         self.process = process
         self.timeout = timeout
@@ -199,7 +199,7 @@ class Follower:
                 failure.add_note(report.traceback)
                 raise failure
             elif isinstance(report, Finished):
-                rows = whole_steps(self.job.stop_time, self.job.step) + 1
+                rows = whole_steps(self.run.stop_time, self.run.step) + 1
                 recording = self.recording(rows, report.notes)
                 if len(recording.time) < rows:
                     raise self.early(FmuError(f"{self.foreign()} has truncated the file of the recording"))
@@ -217,7 +217,7 @@ class Follower:
             raise Forged
         if isinstance(report, Wired):
             columns = {name for names in report.columns for name in names}
-            if not (any(report.phases) and report.final and columns >= self.job.columns):
+            if not (any(report.phases) and report.final and columns >= self.run.columns):
                 raise Forged
             self.wired = report
         return report
@@ -226,7 +226,7 @@ class Follower:
         """Let the process end after a complete run, if it does so soon; return a note if it does not end well."""
         self.stage, patience = ENDING, min(PATIENCE, self.timeout)
         try:
-            for _ in range(len(self.job.setups) + 3):   # each is freed, the task ends, and so does the process
+            for _ in range(len(self.run.setups) + 3):   # each is freed, the task ends, and so does the process
                 if (said := self.process.next(patience)).last:
                     self.process.ask(None)
                 elif isinstance(said.what, Stage):
@@ -264,7 +264,7 @@ class Follower:
             return 0, initial[number]
         number -= len(initial)
         cycle = [(phase, call) for phase, calls in enumerate(phases) for call in calls]
-        steps = whole_steps(self.job.stop_time, self.job.step)
+        steps = whole_steps(self.run.stop_time, self.run.step)
         cycles, rest = divmod(steps, len(phases))
         stepping = cycles * len(cycle) + sum(map(len, phases[:rest]))
         if number >= stepping:
@@ -287,28 +287,28 @@ class Follower:
             return reason
         step, _ = self.last()
         self.process.end()   # before its memory is read
-        return ended(reason, step * self.job.step, self.recording(step + 1))
+        return ended(reason, step * self.run.step, self.recording(step + 1))
 
     def recording(self, rows: int, notes: tuple[str, ...] = ()) -> Recording:
         """Copy of the first rows of the recording, or of as many as there are."""
         columns: dict[str, Any] = {}
-        rows = max(0, min(rows, whole_steps(self.job.stop_time, self.job.step) + 1))
+        rows = max(0, min(rows, whole_steps(self.run.stop_time, self.run.step) + 1))
         for number, names in enumerate(self.wired.columns):
             kind = next((kind for kind in KINDS if (self.folder / f"{TRACK}{number}.{kind}").is_file()), None)
             if kind is None:
                 return Recording(np.zeros(0), {})
             table, rows = read_track(self.folder / f"{TRACK}{number}.{kind}", len(names), rows)
             columns.update(zip(names, table, strict=True))
-        return Recording(self.job.step * np.arange(rows, dtype=np.float64),
+        return Recording(self.run.step * np.arange(rows, dtype=np.float64),
                          {name: column[:rows] for name, column in columns.items()}, notes)
 
     def foreign(self) -> str:
         """Names of the running FMUs that are not of this project."""
-        return " or ".join(self.name(setup.name) for setup in self.job.setups
+        return " or ".join(self.name(setup.name) for setup in self.run.setups
                            if not setup.source.built_here) or STARTING.fmu
 
     def name(self, fmu: str) -> str:
-        return next((f"{fmu} ({setup.source.name})" for setup in self.job.setups if setup.name == fmu), fmu)
+        return next((f"{fmu} ({setup.source.name})" for setup in self.run.setups if setup.name == fmu), fmu)
 
 
 def read_track(path: Path, names: int, rows: int) -> tuple[npt.NDArray[Any], int]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from maglev.cosim import Order
 from maglev.cosim.fmi_versions import FMI3
-from maglev.cosim.isolated_run import TIMEOUT, Complete, Job, run_apart
+from maglev.cosim.isolated_run import TIMEOUT, Complete, IsolatedRun, run_apart
 from maglev.cosim.master import FmuSetup, Master, Recording, RunFailed
 from maglev.cosim.open import describe
 from maglev.cosim.port_map import PortMap, apply
@@ -219,8 +219,8 @@ class Experiment:
         if apart:
             columns = {full for full, variable in self.variables(descriptions).items()
                        if variable.causality == "output" and variable.type in FMI3.types} | drives.keys()
-            return run_apart(Job(setups, connections, self.step, self.order, stop_time, drives, self.loop,
-                                 frozenset(columns)), progress, self.timeout, complete)
+            return run_apart(IsolatedRun(setups, connections, self.step, self.order, stop_time, drives, self.loop,
+                                         frozenset(columns)), progress, self.timeout, complete)
         with Master(setups, connections, self.step, self.order, loop=self.loop) as master:
             master.require_memory(stop_time)
             recording = master.run(stop_time, drives, progress)

@@ -26,7 +26,7 @@ from maglev.cosim.isolated_run import (
     Failed,
     Finished,
     Follower,
-    Job,
+    IsolatedRun,
     Stage,
     Stepped,
     Wired,
@@ -136,7 +136,7 @@ def test_a_fault_after_the_end_loses_nothing(fmus: Path, healthy: Recording, tmp
 def small_run(folder: Path, hole: str) -> Recording:
     """A run of the small FMU of FMI 3.0 apart, which aborts in a hole."""
     fmu = small_fmu(folder, {hole: "if (late(f)) abort();" if hole == "IN_STEP" else "abort();"})
-    return run_apart(Job([FmuSetup("small", fmu)], [], 0.05, "sequential", 0.3, {"small.u": np.zeros(7)}))
+    return run_apart(IsolatedRun([FmuSetup("small", fmu)], [], 0.05, "sequential", 0.3, {"small.u": np.zeros(7)}))
 
 
 @pytest.mark.usefixtures("slow", "unpacked")
@@ -284,9 +284,9 @@ def told(folder: Path, *reports: object, track: str | None = "track0.float64") -
     if track:
         (folder / track).write_bytes(np.arange(5.0).tobytes())
     (folder / COUNTER).write_bytes(int.to_bytes(2**62, 8, "little"))
-    job = Job([FmuSetup("theirs", folder / "theirs.fmu")], [], 0.05, "sequential", 0.3, {}, None,
-              frozenset(["theirs.y"]))
-    return Follower(job, folder, cast(WorkerProcess, Liar(*reports)), 1.0).follow(None, lambda _: None)
+    run = IsolatedRun([FmuSetup("theirs", folder / "theirs.fmu")], [], 0.05, "sequential", 0.3, {}, None,
+                      frozenset(["theirs.y"]))
+    return Follower(run, folder, cast(WorkerProcess, Liar(*reports)), 1.0).follow(None, lambda _: None)
 
 
 STARTED = """
