@@ -49,15 +49,15 @@ class IsolatedRun(NamedTuple):
     columns: frozenset[str] = frozenset()   # which have to be recorded, at least
 
 
-class Stage(NamedTuple):
+class Work(NamedTuple):
     """A call of an FMU, by its name; as a report: the present work on it, while no calls are counted."""
 
     fmu: str
     doing: str
 
 
-STARTING = Stage("the process of the run", "its start")
-ENDING = Stage("the process of the run", "its end")
+STARTING = Work("the process of the run", "its start")
+ENDING = Work("the process of the run", "its end")
 
 KINDS = [np.dtype(kind.item).name for kind in (*FMI2.types.values(), *FMI3.types.values())]   # of recorded arrays
 
@@ -65,9 +65,9 @@ KINDS = [np.dtype(kind.item).name for kind in (*FMI2.types.values(), *FMI3.types
 class Wired(NamedTuple):
     """Report: the calls before the first step, of each phase, and after the last step; the columns of each array."""
 
-    initial: list[Stage]
-    phases: list[list[Stage]]
-    final: list[Stage]
+    initial: list[Work]
+    phases: list[list[Work]]
+    final: list[Work]
     columns: list[list[str]]
 
 
@@ -90,7 +90,7 @@ class Failed(NamedTuple):
     traceback: str
 
 
-Report = Stage | Wired | Stepped | Finished | Failed
+Report = Work | Wired | Stepped | Finished | Failed
 
 
 class Reporter(Observer):
@@ -105,8 +105,8 @@ class Reporter(Observer):
         with (folder / COUNTER).open("r+b") as file:
             self.counter = memoryview(mmap.mmap(file.fileno(), 8)).cast("q")
 
-    def stage(self, fmu: str, doing: str) -> None:
-        self.send(Stage(fmu, doing))
+    def working(self, fmu: str, doing: str) -> None:
+        self.send(Work(fmu, doing))
 
     def allocate(self, shape: tuple[int, int], kind: type) -> npt.NDArray[Any]:
         path = self.folder / f"{TRACK}{len(self.arrays)}.{np.dtype(kind).name}"
@@ -123,8 +123,8 @@ class Reporter(Observer):
         return self.arrays[-1]
 
     def wired(self, wiring: Wiring) -> None:
-        def named(calls: Sequence[Call]) -> list[Stage]:
-            return [Stage(fmu.name, what) for fmu, what in (call.what for call in calls)]
+        def named(calls: Sequence[Call]) -> list[Work]:
+            return [Work(fmu.name, what) for fmu, what in (call.what for call in calls)]
 
         names = {id(track.array): track.names for track in wiring.tracks}
         self.send(Wired(named(wiring.initial), [*map(named, wiring.phases)], named(wiring.final),
@@ -140,7 +140,7 @@ def run_and_report(folder: Path, run: IsolatedRun, send: Send) -> None:
             recording = master.run(run.stop_time, run.drives, lambda *steps: send(Stepped(*steps)))
             send(Finished(recording.notes))   # whatever happens in the calls that are left
             for name, fmu in master.fmus.items():
-                observer.stage(name, f"{fmu.fmi.prefix}FreeInstance")
+                observer.working(name, f"{fmu.fmi.prefix}FreeInstance")
                 fmu.close()
         send(ENDING)
     except RunFailed as error:
@@ -170,7 +170,7 @@ class Follower:
         self.folder = folder
         self.process = process
         self.timeout = timeout
-        self.stage = STARTING
+        self.work = STARTING
         self.wired = Wired([], [], [], [])   # until the first call
         self.counted = 0
         self.cut = False   # true if somebody has cut the file with the number of calls
@@ -179,7 +179,7 @@ class Follower:
         while True:
             try:
                 # A slow start of a process is not the fault of an FMU.
-                limit = max(self.timeout, TIMEOUT) if self.stage == STARTING else self.timeout
+                limit = max(self.timeout, TIMEOUT) if self.work == STARTING else self.timeout
                 report = self.next(limit)
             except KeyboardInterrupt as error:
                 with suppress(Gone):
@@ -190,8 +190,8 @@ class Follower:
                 raise self.early(error) from None
             except Gone as gone:
                 raise self.early(self.blame(gone)) from None
-            if isinstance(report, Stage):
-                self.stage = report
+            if isinstance(report, Work):
+                self.work = report
             elif isinstance(report, Stepped) and progress is not None:
                 progress(*report)
             elif isinstance(report, Failed):
@@ -224,19 +224,19 @@ class Follower:
 
     def end(self) -> str:
         """Let the process end after a complete run, if it does so soon; return a note if it does not end well."""
-        self.stage, patience = ENDING, min(PATIENCE, self.timeout)
+        self.work, patience = ENDING, min(PATIENCE, self.timeout)
         try:
             for _ in range(len(self.run.setups) + 3):   # each is freed, the task ends, and so does the process
                 if (said := self.process.next(patience)).last:
                     self.process.ask(None)
-                elif isinstance(said.what, Stage):
-                    self.stage = said.what
+                elif isinstance(said.what, Work):
+                    self.work = said.what
         except KeyboardInterrupt as error:
             raise Interrupted(f"{ended_by(error)} after the end of the run", signal_of(error)) from None
         except Gone as gone:
             self.process.end()
-            if self.stage != ENDING or gone.how not in ("exit code 0", ""):
-                return f"{self.name(self.stage.fmu)} {gone} in {self.stage.doing}, after the end of the run"
+            if self.work != ENDING or gone.how not in ("exit code 0", ""):
+                return f"{self.name(self.work.fmu)} {gone} in {self.work.doing}, after the end of the run"
             if not gone.how:
                 return (f"the process of {self.foreign()} still ran {patience:g} s after the run, and was ended with "
                         "its child processes")
@@ -256,7 +256,7 @@ class Follower:
         """Return True if a call of the run was begun, and it is known which."""
         return self.calls() > 0 and bool(self.wired.phases)
 
-    def last(self) -> tuple[int, Stage]:
+    def last(self) -> tuple[int, Work]:
         """Communication step and name of the last call that was begun."""
         initial, phases, final, _ = self.wired
         number = self.calls() - 1
@@ -278,7 +278,7 @@ class Follower:
         begun = self.begun()
         if self.cut or not (gone.how or isinstance(gone, Silent)):   # others were called since
             return FmuError(f"{self.foreign()} {gone}{', after it truncated the count of calls' if self.cut else ''}")
-        fmu, doing = self.last()[1] if begun else self.stage
+        fmu, doing = self.last()[1] if begun else self.work
         return FmuError(f"{self.name(fmu)} {gone} in {doing}")
 
     def early(self, reason: BaseException) -> BaseException:

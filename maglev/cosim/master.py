@@ -98,7 +98,7 @@ class Observer:
     def __init__(self) -> None:
         self.counter = new_counter()
 
-    def stage(self, fmu: str, doing: str) -> None:
+    def working(self, fmu: str, doing: str) -> None:
         """Called before the stepping, with the present work on an FMU."""
 
     def allocate(self, shape: tuple[int, int], kind: type) -> npt.NDArray[Any]:
@@ -202,7 +202,7 @@ class Master:
             with held_interrupts():
                 for setup, description in described:
                     scales = {} if setup.ports is None else apply(setup.ports, description)
-                    self.observer.stage(setup.name, "loading")
+                    self.observer.working(setup.name, "loading")
                     open_it: Callable[..., Fmu] = (opened or {}).get(setup.name, open_fmu)
                     fmu = open_it(setup.name, setup.source, description, scales)
                     self.fmus[setup.name] = self.stack.enter_context(fmu)
@@ -315,7 +315,7 @@ class Master:
         for name, calls in self.wiring.begin.items():
             if self.has_run:
                 self.fmus[name].reset()
-            self.observer.stage(name, "its initialization")
+            self.observer.working(name, "its initialization")
             self.fmus[name].initialise({**own[name], **start.get(name, {})}, 0.0, self.stop_time,
                                        partial(call_all, calls))
         self.has_run = True

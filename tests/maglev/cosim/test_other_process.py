@@ -27,9 +27,9 @@ from maglev.cosim.isolated_run import (
     Finished,
     Follower,
     IsolatedRun,
-    Stage,
     Stepped,
     Wired,
+    Work,
     run_apart,
 )
 from maglev.cosim.master import FmuSetup, Recording, RunFailed, RunInterrupted
@@ -235,7 +235,7 @@ def test_interrupt_before_it_is_read_what_runs(fmus: Path, healthy: Recording, t
     require_beginning(failure.value.recording, healthy, len(failure.value.recording.time))
 
 
-CALL = Stage("theirs", "fmi2DoStep")
+CALL = Work("theirs", "fmi2DoStep")
 WIRED = Wired([CALL], [[CALL]], [CALL], [["theirs.y"]])
 
 
