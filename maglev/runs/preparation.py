@@ -73,9 +73,9 @@ class Experiment:
     stale: tuple[str, ...] = ()
     parameter_sets: dict[str, str] = field(default_factory=dict)   # SHA-256 of files with start values, by path
 
-    def provenance(self) -> Provenance:
-        """Return the provenance of its results."""
-        descriptions = self.check()
+    def provenance(self, descriptions: Mapping[str, ModelDescription] | None = None) -> Provenance:
+        """Return the provenance of its results; see `variables` for the parameter."""
+        descriptions = descriptions or self.check()
         fmus = tuple(UsedFmu.of(
             name, source, descriptions[name], put_in=name in self.put_in,
             start={variable: value.given for variable, value in self.plan.fmus[name].start.items()},
@@ -87,7 +87,7 @@ class Experiment:
 
     def check(self) -> dict[str, ModelDescription]:
         """Return the model descriptions; FmuError or ScenarioError if they lack a name of the plan."""
-        know_stage_of(self.plan)   # also in another process than that which made it ready
+        know_stage_of(self.plan)
         descriptions = {name: describe(name, source, self.timeout) for name, source in self.sources.items()}
         for name, ports in self.ports.items():
             apply(ports, descriptions[name])
@@ -107,7 +107,7 @@ class Experiment:
 
         A run with replaced FMUs is compared with another controller or plant, and so within tolerances.
         """
-        know_stage_of(self.plan)   # also in another process than that which made it ready
+        know_stage_of(self.plan)
         return (not self.put_in and self.order == "sequential" and self.step == self.plan.step
                 and all(source.keeps_bits() for source in self.sources.values()))
 
@@ -315,7 +315,7 @@ def in_place(plan: RunPlan, sources: Mapping[str, Source], replaced: Mapping[str
 
 
 def know_stage_of(plan: RunPlan) -> None:
-    """Know the stage of a scenario that names a description, so that its FMUs are recognised."""
+    """Know the stage of a scenario that names a description, so that each process recognises its FMUs."""
     if plan.stage_file is not None:
         know_stage(plan.stage_file)
 
