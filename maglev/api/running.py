@@ -311,14 +311,16 @@ def keeping(experiments: Sequence[Experiment], every: int | None) -> list[Experi
     """Return the planned runs, with every n-th communication step kept if a number is given; ScenarioError without
     runs.
     """
+    if every is None:
+        return [*experiments]
     number = own_number(every)
-    for experiment in experiments if every is not None else ():
+    for experiment in experiments:
         steps = len(experiment.times) - 1
         if type(number) is not int or not 1 <= number <= steps:
             raise ScenarioError(f"{option('every', every)}: expected a whole number from 1 to {steps}, the "
                                 f"communication steps of {experiment.plan.name}")
-    return [experiment if every is None else replace(experiment, plan=experiment.plan.model_copy(
-        update={"output_interval": every * experiment.step})) for experiment in experiments]
+    return [replace(experiment, plan=experiment.plan.model_copy(update={"output_interval": every * experiment.step}))
+            for experiment in experiments]
 
 
 def experiments_to_run(asked: Sequence[RunPlan], options: RunOptions, thesis: bool, say: Say, watch: Watch

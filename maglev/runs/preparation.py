@@ -138,12 +138,12 @@ class Experiment:
         signals that are among `known`, and not only equal, are taken from there.
         """
         times, drives = self.times, {}
-        ready = {id(signal) for signal in known[0]}
+        signals, values = known
         for signal in self.plan.signals:
-            made = known[1] if id(signal) in ready else {}
-            drives[signal.to] = made[signal.to] if made else signal.values_at(times)
+            unchanged = any(signal is one for one in signals)
+            drives[signal.to] = values[signal.to] if unchanged else signal.values_at(times)
             if signal.rate_to is not None:
-                drives[signal.rate_to] = made[signal.rate_to] if made else signal.rates_at(times)
+                drives[signal.rate_to] = values[signal.rate_to] if unchanged else signal.rates_at(times)
         given = {*(source for source, _ in self.plan.wires.values()), *drives, *self.outputs(descriptions)}
         for axis in self.plan.axes.values():
             if axis.reference not in given:
@@ -212,11 +212,11 @@ class Experiment:
         setups, connections, stop_time = self.setups(), self.connections, self.plan.stop_time
         drives: Drives = self.drives(descriptions)
         apart = [f"{name} ({source.name})" for name, source in self.sources.items() if source.runs_apart]
-        for source in self.sources.values() if apart else ():
-            if isinstance(source, PythonClass):
-                raise ControllerError(f"{source}: a class runs in this process only, but {apart[0]} was not built by "
-                                      "this installation and runs in another one; give the file of the class")
         if apart:
+            for source in self.sources.values():
+                if isinstance(source, PythonClass):
+                    raise ControllerError(f"{source}: a class runs in this process only, but {apart[0]} was not built "
+                                          "by this installation and runs in another one; give the file of the class")
             columns = {full for full, variable in self.variables(descriptions).items()
                        if variable.causality == "output" and variable.type in FMI3.types} | drives.keys()
             return run_apart(IsolatedRun(setups, connections, self.step, self.order, stop_time, drives, self.loop,
