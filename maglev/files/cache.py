@@ -109,6 +109,7 @@ def keep_here(key: str, name: str, content: bytes) -> Kept:
 
 
 def sizes() -> list[int]:
+    """Return the size of every file in the cache, in bytes."""
     return [path.stat().st_size for part in FOLDERS for path in (cache_folder() / part).rglob("*-*")
             if path.is_file()]
 
