@@ -15,9 +15,8 @@ from maglev.files.whole_file import write_whole
 from maglev.pages.picture import figure_of
 from maglev.pages.report_page import write_report
 from maglev.pages.run_text import (
+    Printable,
     Verdicts,
-    as_html,
-    as_text,
     claims_markdown,
     run_text,
     short_outcome,
@@ -47,7 +46,7 @@ ClaimsOf = Literal["thesis"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Results(Mapping[str, Run]):
+class Results(Printable, Mapping[str, Run]):
     """Results of many runs, a mapping of the completed ones by name.
 
     Attributes
@@ -95,12 +94,6 @@ class Results(Mapping[str, Run]):
     def show(self, console: "Console") -> None:
         """Print the tables on a console of rich."""
         show_results(console, self.asked, self.runs, self.verdicts, self.outcomes)
-
-    def __str__(self) -> str:
-        return as_text(self.show)
-
-    def _repr_html_(self) -> str:
-        return as_html(self.show)
 
     @property
     def missed(self) -> tuple[str, ...]:

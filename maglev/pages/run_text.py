@@ -66,8 +66,26 @@ def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult], b
     show_measured(console, result, tables, verdicts, reason=not briefly, footnote=fitted_to(claims) if briefly else "")
 
 
-class Verdicts(tuple[ClaimResult, ...]):
-    """Claims with their verdicts, which show and print as the tables of the terminal."""
+class Printable:
+    """What prints, also in a notebook, as the tables of the terminal."""
+
+    __slots__ = ()
+
+    def show(self, console: Console) -> None:
+        """Print the tables on a console of rich."""
+        raise NotImplementedError
+
+    def __str__(self) -> str:
+        return as_text(self.show)
+
+    def _repr_html_(self) -> str:
+        console = plain_console(file=StringIO(), record=True, width=REPORT_WIDTH)
+        self.show(console)
+        return console.export_html(inline_styles=True, code_format=PREFORMATTED)
+
+
+class Verdicts(Printable, tuple[ClaimResult, ...]):
+    """Claims with their verdicts."""
 
     __slots__ = ()
 
@@ -76,13 +94,7 @@ class Verdicts(tuple[ClaimResult, ...]):
         tables = claim_tables(self)
         console.print(*tables, *([] if tables else ["no claims"]), sep="\n")
 
-    def __str__(self) -> str:
-        return as_text(self.show)
-
-    __repr__ = __str__
-
-    def _repr_html_(self) -> str:
-        return as_html(self.show)
+    __repr__ = Printable.__str__
 
 
 def show_results(console: Console, asked: Sequence[str], results: Sequence[RunResult], verdicts: Judgements,
@@ -125,13 +137,6 @@ def as_text(show: Callable[[Console], None]) -> str:
     text = StringIO()
     show(plain_console(file=text, width=REPORT_WIDTH, force_terminal=False))   # which FORCE_COLOR would make it
     return text.getvalue()
-
-
-def as_html(show: Callable[[Console], None]) -> str:
-    """Return the output of a printing function on a console, as an element of HTML."""
-    console = plain_console(file=StringIO(), record=True, width=REPORT_WIDTH)
-    show(console)
-    return console.export_html(inline_styles=True, code_format=PREFORMATTED)
 
 
 def origin(provenance: Provenance) -> str:
