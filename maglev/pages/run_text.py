@@ -59,11 +59,23 @@ CURVE_COLUMNS = ("figure", "panel", "curve", "x", "y", "margin")
 def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult], briefly: bool = False) -> None:
     """Print the metrics of a run, the claims about it with their verdicts, and how it ended.
 
-    `briefly` shortens the claims and leaves out axis-range checks, whose number is in the last line.
+    `briefly` shortens the claims. It leaves out axis-range checks, whose number is in the last line, and the reason of
+    a run that did not complete, which is printed elsewhere.
     """
+    plan = result.plan
+    console.print(heading(plan.name, plan.title))
+    if result.metrics is None:
+        console.print(Text(", ".join(run_status(result, reason=not briefly))))
+        return
+    if result.provenance is not None:
+        console.print(Text(origin(result.provenance), style="dim"))
     claims = [judged for judged in verdicts if judged.claim.figure is None] if briefly else verdicts
     tables = [(short_claims if briefly else claim_table)(title, of_kind) for title, of_kind in titled_claims(claims)]
-    show_measured(console, result, tables, verdicts, reason=not briefly, footnote=fitted_to(claims) if briefly else "")
+    for table in (*metric_tables(plan, result.metrics), *tables):
+        console.print(table)
+    if briefly and (footnote := fitted_to(claims)):
+        console.print(Text(footnote))
+    console.print("; ".join([outcome_line(result, result.metrics), *sums(verdicts)]))
 
 
 class Printable:
@@ -106,26 +118,6 @@ def show_results(console: Console, asked: Sequence[str], results: Sequence[RunRe
         console.print(*study_tables(results, verdicts, outcomes), sep="\n")
     for outcome in outcomes if len(outcomes) <= MOST_SHOWN else ():
         show_outcome(console, outcome, verdicts[outcome.settings.name])
-
-
-def show_measured(console: Console, result: RunResult, below: Iterable[ResultTable] = (),
-                  verdicts: Sequence[ClaimResult] = (), reason: bool = True, footnote: str = "") -> None:
-    """Print the metrics of a run, the tables and the footnote below, and the outcome with a sum of verdicts.
-
-    The reason of a run that did not complete is left out if it is printed elsewhere.
-    """
-    plan = result.plan
-    console.print(heading(plan.name, plan.title))
-    if result.metrics is None:
-        console.print(Text(", ".join(run_status(result, reason))))
-        return
-    if result.provenance is not None:
-        console.print(Text(origin(result.provenance), style="dim"))
-    for table in (*metric_tables(plan, result.metrics), *below):
-        console.print(table)
-    if footnote:
-        console.print(Text(footnote))
-    console.print("; ".join([outcome_line(result, result.metrics), *sums(verdicts)]))
 
 
 def run_text(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
