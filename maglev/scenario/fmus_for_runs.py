@@ -154,10 +154,9 @@ def kept_files(name: str, kind: Kind) -> dict[str, bytes]:
         return {}
 
 
-def is_kept(name: str, kind: str) -> bool:
-    """Return True if the cache has an FMU of the present sources, "Python", "native" or "FMI 3.0"."""
-    form = PYTHON if kind == "Python" else Kind(True, "host", 3 if kind == "FMI 3.0" else 2)
-    return kept(fmu_key(name, form), f"{name}.fmu") is not None
+def is_kept(name: str, kind: Kind) -> bool:
+    """Return True if the cache has an FMU of the present sources."""
+    return kept(fmu_key(name, kind), f"{name}.fmu") is not None
 
 
 def keep_files(names: Iterable[str], kind: Kind, contents: dict[str, bytes], say: Say) -> None:
