@@ -20,7 +20,7 @@ import numpy.typing as npt
 from maglev.cosim import Order
 from maglev.cosim.fmi_versions import FMI2, FMI3
 from maglev.cosim.helper_process import checked, other_process
-from maglev.cosim.master import PROGRESS_STEPS, FmuSetup, Master, Observer, Recording, RunFailed, countable, ended
+from maglev.cosim.master import PROGRESS_STEPS, FmuSetup, Master, Observer, Recording, RunFailed, countable, early_end
 from maglev.cosim.wiring import Call, Drives, Wiring
 from maglev.files.cache import Kept
 from maglev.files.errors import FmuError, Interrupted, ended_by, signal_of
@@ -187,9 +187,9 @@ class Follower:
                         self.next(PATIENCE)
                 if not self.begun():
                     raise
-                raise self.early(error) from None
+                raise self.early_end(error) from None
             except Gone as gone:
-                raise self.early(self.blame(gone)) from None
+                raise self.early_end(self.blame(gone)) from None
             if isinstance(report, Work):
                 self.work = report
             elif isinstance(report, Stepped) and progress is not None:
@@ -202,7 +202,7 @@ class Follower:
                 rows = whole_steps(self.run.stop_time, self.run.step) + 1
                 recording = self.recording(rows, report.notes)
                 if len(recording.time) < rows:
-                    raise self.early(FmuError(f"{self.foreign()} has truncated the file of the recording"))
+                    raise self.early_end(FmuError(f"{self.foreign()} has truncated the file of the recording"))
                 complete(recording)
                 note = self.end()
                 return Recording(recording.time, recording.columns, (*recording.notes, note)) if note else recording
@@ -281,13 +281,13 @@ class Follower:
         fmu, doing = self.last()[1] if begun else self.work
         return FmuError(f"{self.name(fmu)} {gone} in {doing}")
 
-    def early(self, reason: BaseException) -> BaseException:
+    def early_end(self, reason: BaseException) -> BaseException:
         """Error for the end of the run, with the recording until then, if there is one."""
         if not self.begun():
             return reason
         step, _ = self.last()
         self.process.end()   # before its memory is read
-        return ended(reason, step * self.run.step, self.recording(step + 1))
+        return early_end(reason, step * self.run.step, self.recording(step + 1))
 
     def recording(self, rows: int, notes: tuple[str, ...] = ()) -> Recording:
         """Copy of the first rows of the recording, or of as many as there are."""

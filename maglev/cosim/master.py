@@ -303,7 +303,7 @@ class Master:
                 if isinstance(error, StepFailed):
                     done, reason = error.step, error.reason
                 columns.take(done + 1, origin)
-                raise ended(reason, done * self.step, columns.recording(self.step)) from reason
+                raise early_end(reason, done * self.step, columns.recording(self.step)) from reason
             stepper.tell_warnings()
             return columns.recording(self.step, self.notes())
 
@@ -335,7 +335,7 @@ class Master:
                 try:
                     call.at(0)
                 except FmuError as error:
-                    raise ended(error, self.stop_time, recording) from error
+                    raise early_end(error, self.stop_time, recording) from error
         return replace(recording, notes=self.notes())
 
     def notes(self) -> tuple[str, ...]:
@@ -384,7 +384,7 @@ def step_rate(name: str, own: float, step: float, steps: int) -> Rate:
     return own_rate
 
 
-def ended(reason: BaseException, time: float, recording: Recording) -> RunFailed | RunInterrupted:
+def early_end(reason: BaseException, time: float, recording: Recording) -> RunFailed | RunInterrupted:
     """Error for a run that ended early at a time (s)."""
     if isinstance(reason, KeyboardInterrupt):
         return RunInterrupted(f"at t = {time:.9g} s: {ended_by(reason)}", recording, signal_of(reason))
