@@ -323,24 +323,24 @@ def experiments_to_run(asked: Sequence[RunPlan], options: RunOptions, thesis: bo
     If both sides of a comparison have another FMU, a claim of the thesis is not judged. A user's own claims compare
     with runs as planned. Unless `thesis` is asked for, runs that are not the thesis's have none of its claims.
     """
-    def of_its_runs(experiments: list[Experiment]) -> list[Experiment]:
-        return experiments if thesis else [
-            replace(experiment, plan=without_thesis(experiment.plan))
-            if experiment.modified or experiment.plan.own else experiment for experiment in experiments]
+    def with_its_claims(plan: RunPlan, changed: bool) -> RunPlan:
+        return without_thesis(plan) if (plan.own or changed) and not thesis else plan
+
+    def made_ready(plans: Sequence[RunPlan], chosen: RunOptions) -> list[Experiment]:
+        return [replace(experiment, plan=with_its_claims(experiment.plan, experiment.modified))
+                for experiment in experiments_of(plans, chosen, say, watch)]
 
     if not (options.get("plant") or options.get("controller")):
         changed = any(options.get(name) for name in ("set", "parameters", "model"))
-        plans = [*asked, *compared_with([without_thesis(plan) if (plan.own or changed) and not thesis else plan
-                                         for plan in asked])]
-        return of_its_runs(experiments_of([*plans, *needed(plans)], options, say, watch))
+        plans = [*asked, *compared_with([with_its_claims(plan, changed) for plan in asked])]
+        return made_ready([*plans, *needed(plans)], options)
     plans = [*asked, *needed(asked)]
     names = {plan.name for plan in plans}
     others = [plan for plan in compared_with(list(map(without_thesis, asked)))
               if not names & {other.name for other in needed([plan])}]
     as_planned: RunOptions = {**options, "set": None, "parameters": None, "model": None, "plant": None,
                               "controller": None, "ports": None, "keep_settings": False}
-    return of_its_runs([*experiments_of(plans, options, say, watch),
-                        *experiments_of([*others, *needed(others)], as_planned, say, watch)])
+    return [*made_ready(plans, options), *made_ready([*others, *needed(others)], as_planned)]
 
 
 def without_thesis(plan: RunPlan) -> RunPlan:
