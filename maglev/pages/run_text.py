@@ -79,7 +79,7 @@ def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult], b
 
 
 class Printable:
-    """What prints, also in a notebook, as the tables of the terminal."""
+    """A result that prints as the tables of the terminal, also in a notebook."""
 
     __slots__ = ()
 
