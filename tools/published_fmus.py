@@ -18,7 +18,7 @@ from fmpy import supported_platforms
 from fmpy.model_description import ModelDescription, read_model_description
 
 from maglev import FmuSetup, check_fmus
-from maglev.cosim.isolated_run import Job, run_apart
+from maglev.cosim.isolated_run import IsolatedRun, run_apart
 from maglev.files.errors import FAILURES, in_one_line
 from maglev.fmi.native_build import host_platform
 from maglev.runs.experiment_check import Times, run_where_it_belongs
@@ -71,7 +71,8 @@ def compared(path: Path, description: ModelDescription) -> str:
     names = [v.name for v in description.modelVariables if v.causality == "output" and not v.dimensions
              and v.type not in ("String", "Binary", "Clock")]
     try:
-        recording = run_apart(Job([FmuSetup("fmu", path)], [], step, "sequential", steps * step, {}), timeout=TIMEOUT)
+        recording = run_apart(IsolatedRun([FmuSetup("fmu", path)], [], step, "sequential", steps * step, {}),
+                              timeout=TIMEOUT)
     except FAILURES as error:
         return f"master: {in_one_line(error)}"
     if not names:

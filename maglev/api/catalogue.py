@@ -133,8 +133,8 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
     native = kind == "native"
     if target not in ("all", "host", "wasm") or (target != "all" and not native):
         raise ScenarioError(f"{option('target', target)}: expected all, host or wasm, with {option('kind', 'native')}")
-    every = [names] if isinstance(names, str | type) or not isinstance(names, Iterable) else names
-    given = [carried(name) for name in every]
+    given = [carried(name) for name in ([names] if isinstance(names, str | type) or not isinstance(names, Iterable)
+                                        else names)]
     if stage is not None:
         from maglev.user.consequences import stage as consequences  # linear models: scipy takes its time to load
 

@@ -60,8 +60,8 @@ def check(names: Scenarios | None = None, *, baselines: str | Path | None = None
     """
     if pictures is not None:
         require_matplotlib()
-    every = partial(check_runs, pictures=None if pictures is None else Path(pictures))
-    results = compare(every, names, baselines, jobs, watch, say, options)
+    work = partial(check_runs, pictures=None if pictures is None else Path(pictures))
+    results = run_with_baselines(work, False, names, baselines, jobs, watch, say, options)
     if junit is not None:
         write_junit(Path(junit), results)
     return results
@@ -74,7 +74,7 @@ def update(names: Scenarios | None = None, *, baselines: str | Path | None = Non
 
     The baselines are written when all runs are done: after Ctrl-C, all are unchanged.
     """
-    return compare(update_all, names, baselines, jobs, watch, say, options)
+    return run_with_baselines(update_all, True, names, baselines, jobs, watch, say, options)
 
 
 def require_packaged(plans: Sequence[RunPlan], write: bool) -> None:
@@ -85,19 +85,19 @@ def require_packaged(plans: Sequence[RunPlan], write: bool) -> None:
                                 "the package has baselines of its own scenarios only")
 
 
-def compare(every: Callable[..., list[Result]], names: Scenarios | None,
-            baselines: str | Path | None, jobs: int | None, watch: Watch | None, say: Say | None,
-            options: CheckOptions) -> list[Result]:
+def run_with_baselines(work: Callable[..., list[Result]], write: bool, names: Scenarios | None,
+                       baselines: str | Path | None, jobs: int | None, watch: Watch | None, say: Say | None,
+                       options: CheckOptions) -> list[Result]:
     """Check or update the given runs and, after them, the runs that they start from."""
     plans = select(names)
     plans += needed(plans)
     if baselines is None:
-        require_packaged(plans, every is update_all)
+        require_packaged(plans, write)
     experiments = experiments_of(plans, options, say or warn, watch or unwatched)
     say_notes(experiments, say or warn)
     with (watch or unwatched)([experiment.plan.name for experiment in experiments]) as watcher:
-        results = every(experiments, PACKAGED / "baselines" if baselines is None else Path(baselines),
-                        processes(jobs), watcher)
+        results = work(experiments, PACKAGED / "baselines" if baselines is None else Path(baselines), processes(jobs),
+                       watcher)
     for result in results:
         for note in result.notes:
             (say or warn)(f"{result.name}: {note}")

@@ -18,7 +18,7 @@ from maglev.files.side_by_side import Progress, Say, Watch, unwatched, warn
 from maglev.pages.comparison_files import compared_rows, comparison_data, show_comparison, write_comparison
 from maglev.pages.comparison_table import Row
 from maglev.pages.picture import overlay
-from maglev.pages.run_text import as_html, as_text
+from maglev.pages.run_text import Printable
 from maglev.runs.chain import Ends, needed, started
 from maglev.runs.execution import RunResult, failed_run, run_each, simulate, thinned
 from maglev.runs.preparation import Experiment, know_stage_of
@@ -36,7 +36,7 @@ Controllers = Mapping[str, Given] | Iterable[Given]
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(Printable):
     """Runs side by side.
 
     Attributes
@@ -64,12 +64,6 @@ class Comparison:
     def show(self, console: "Console") -> None:
         """Print the tables on a console of rich."""
         show_comparison(console, self.name, self.title, self.results)
-
-    def __str__(self) -> str:
-        return as_text(self.show)
-
-    def _repr_html_(self) -> str:
-        return as_html(self.show)
 
     @property
     def rows(self) -> list[Row]:

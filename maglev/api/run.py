@@ -13,7 +13,7 @@ from rich.text import Text
 from maglev.cosim.master import Recording
 from maglev.files.errors import MeasurementError, UnknownName, extra, nearest
 from maglev.pages.picture import figure_of
-from maglev.pages.run_text import Verdicts, as_html, as_text, show
+from maglev.pages.run_text import Printable, Verdicts, show
 from maglev.runs.execution import RunResult, judge_all, whole_metrics, write_columns
 from maglev.runs.measures import Measure, measures_of
 from maglev.runs.metrics import Metrics
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-class Run(Mapping[str, NDArray[Any]]):
+class Run(Printable, Mapping[str, NDArray[Any]]):
     """A completed run, a mapping of its columns by name.
 
     Attributes
@@ -117,12 +117,6 @@ class Run(Mapping[str, NDArray[Any]]):
             console.print(Text(f"{self!r}: {error}"))
         else:
             show(console, self.result, self.verdicts, briefly=True)
-
-    def __str__(self) -> str:
-        return as_text(self.show)
-
-    def _repr_html_(self) -> str:
-        return as_html(self.show)
 
     def to_pandas(self) -> Any:
         """Table of the columns over time, a pandas.DataFrame; `attrs["units"]` has the units."""

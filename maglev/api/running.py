@@ -15,9 +15,8 @@ from maglev.files.whole_file import write_whole
 from maglev.pages.picture import figure_of
 from maglev.pages.report_page import write_report
 from maglev.pages.run_text import (
+    Printable,
     Verdicts,
-    as_html,
-    as_text,
     claims_markdown,
     run_text,
     short_outcome,
@@ -47,7 +46,7 @@ ClaimsOf = Literal["thesis"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Results(Mapping[str, Run]):
+class Results(Printable, Mapping[str, Run]):
     """Results of many runs, a mapping of the completed ones by name.
 
     Attributes
@@ -95,12 +94,6 @@ class Results(Mapping[str, Run]):
     def show(self, console: "Console") -> None:
         """Print the tables on a console of rich."""
         show_results(console, self.asked, self.runs, self.verdicts, self.outcomes)
-
-    def __str__(self) -> str:
-        return as_text(self.show)
-
-    def _repr_html_(self) -> str:
-        return as_html(self.show)
 
     @property
     def missed(self) -> tuple[str, ...]:
@@ -311,14 +304,16 @@ def keeping(experiments: Sequence[Experiment], every: int | None) -> list[Experi
     """Return the planned runs, with every n-th communication step kept if a number is given; ScenarioError without
     runs.
     """
+    if every is None:
+        return [*experiments]
     number = own_number(every)
-    for experiment in experiments if every is not None else ():
+    for experiment in experiments:
         steps = len(experiment.times) - 1
         if type(number) is not int or not 1 <= number <= steps:
             raise ScenarioError(f"{option('every', every)}: expected a whole number from 1 to {steps}, the "
                                 f"communication steps of {experiment.plan.name}")
-    return [experiment if every is None else replace(experiment, plan=experiment.plan.model_copy(
-        update={"output_interval": every * experiment.step})) for experiment in experiments]
+    return [replace(experiment, plan=experiment.plan.model_copy(update={"output_interval": every * experiment.step}))
+            for experiment in experiments]
 
 
 def experiments_to_run(asked: Sequence[RunPlan], options: RunOptions, thesis: bool, say: Say, watch: Watch
@@ -328,24 +323,24 @@ def experiments_to_run(asked: Sequence[RunPlan], options: RunOptions, thesis: bo
     If both sides of a comparison have another FMU, a claim of the thesis is not judged. A user's own claims compare
     with runs as planned. Unless `thesis` is asked for, runs that are not the thesis's have none of its claims.
     """
-    def of_its_runs(experiments: list[Experiment]) -> list[Experiment]:
-        return experiments if thesis else [
-            replace(experiment, plan=without_thesis(experiment.plan))
-            if experiment.modified or experiment.plan.own else experiment for experiment in experiments]
+    def with_its_claims(plan: RunPlan, changed: bool) -> RunPlan:
+        return without_thesis(plan) if (plan.own or changed) and not thesis else plan
+
+    def made_ready(plans: Sequence[RunPlan], chosen: RunOptions) -> list[Experiment]:
+        return [replace(experiment, plan=with_its_claims(experiment.plan, experiment.modified))
+                for experiment in experiments_of(plans, chosen, say, watch)]
 
     if not (options.get("plant") or options.get("controller")):
         changed = any(options.get(name) for name in ("set", "parameters", "model"))
-        plans = [*asked, *compared_with([without_thesis(plan) if (plan.own or changed) and not thesis else plan
-                                         for plan in asked])]
-        return of_its_runs(experiments_of([*plans, *needed(plans)], options, say, watch))
+        plans = [*asked, *compared_with([with_its_claims(plan, changed) for plan in asked])]
+        return made_ready([*plans, *needed(plans)], options)
     plans = [*asked, *needed(asked)]
     names = {plan.name for plan in plans}
     others = [plan for plan in compared_with(list(map(without_thesis, asked)))
               if not names & {other.name for other in needed([plan])}]
     as_planned: RunOptions = {**options, "set": None, "parameters": None, "model": None, "plant": None,
                               "controller": None, "ports": None, "keep_settings": False}
-    return of_its_runs([*experiments_of(plans, options, say, watch),
-                        *experiments_of([*others, *needed(others)], as_planned, say, watch)])
+    return [*made_ready(plans, options), *made_ready([*others, *needed(others)], as_planned)]
 
 
 def without_thesis(plan: RunPlan) -> RunPlan:

@@ -30,7 +30,7 @@ from maglev.cli.options import (
 )
 from maglev.cli.region import region
 from maglev.cli.streams import CommandLine
-from maglev.cli.study import compare, study, tune
+from maglev.cli.study import compare_controllers, study, tune
 from maglev.cli.terminal import one_line_errors, progress_of, require_environment, run_and_print, say
 from maglev.files.errors import ScenarioError
 from maglev.scenario.options import OPTIONS, KindName
@@ -218,8 +218,8 @@ def live(files: Annotated[list[str] | None, typer.Argument(
 
 # In the order in which a reader needs them.
 PANELS: dict[str, dict[str, Any]] = {
-    "Run": {"run": run, "list": list_all, "compare": compare, "study": study, "tune": tune, "report": report,
-            "live": live},
+    "Run": {"run": run, "list": list_all, "compare": compare_controllers, "study": study, "tune": tune,
+            "report": report, "live": live},
     "Bring your own": {"new": new, "stage": stage},
     "Analyse": {"identify": identify, "linearise": linearise, "region": region},
     "Verify and export": {"check": check, "build": build, "target": target, "pack": pack, "cache": cache}}

@@ -57,11 +57,13 @@ def list_all(words: Words = None, stage: StageFile = None, fmus: Built = Path("f
 def built_kinds(entry: "FmuEntry", fmus: Path) -> list[str]:
     """Return where an FMU is built: kinds in the cache, then kinds in the folder; stale if the sources have changed."""
     from maglev.descriptions.own_fmus import stale
+    from maglev.scenario.catalogue import HOST, PYTHON
     from maglev.scenario.fmus_for_runs import is_kept
 
     kinds = {"Python": entry.file(fmus), "native": entry.file(fmus / "native"), "FMI 3.0": entry.file(fmus / "fmi3"),
              "clocked": entry.file(fmus / "clocked")}
-    cached = [f"{kind} in the cache" for kind in ("native", "Python", "FMI 3.0")
+    cached = [f"{word} in the cache"
+              for word, kind in (("native", HOST), ("Python", PYTHON), ("FMI 3.0", HOST._replace(fmi=3)))
               if entry.ending == "fmu" and is_kept(entry.name, kind)]
     return cached + [f"{kind} in {file.parent}{' (stale)' if stale(entry.name, file) else ''}"
                      for kind, file in kinds.items() if file.is_file()]

@@ -110,13 +110,14 @@ def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A packaged 
 
 
 @with_run_options(CompareOptions.__annotations__)
-def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A run from `maglev list`, or a TOML file.",
-                                                autocompletion=run_names)],
-            controllers: Annotated[list[str], typer.Option(
-                "--controller", metavar="[LABEL=]FMU", help="An FMU or a Python file. Repeatable.")],
-            out: Out = Path("results"),
-            json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON.")] = False,
-            debug: Debug = False, **options: Any) -> None:
+def compare_controllers(
+        name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A run from `maglev list`, or a TOML file.",
+                                            autocompletion=run_names)],
+        controllers: Annotated[list[str], typer.Option(
+            "--controller", metavar="[LABEL=]FMU", help="An FMU or a Python file. Repeatable.")],
+        out: Out = Path("results"),
+        json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON.")] = False,
+        debug: Debug = False, **options: Any) -> None:
     """Run a scenario with several controllers and compare the runs.
 
     Compare two controllers of this project:

@@ -215,8 +215,9 @@ class Ticking:
         for values in self.values.values():
             values.give(self.handle, active)
             values.ticking.clear()
-        for values in self.values.values() if active else ():
-            values.hold(self.handle, active)
+        if active:
+            for values in self.values.values():
+                values.hold(self.handle, active)
         for clock in ticking:
             clock.ticks += 1
         self.settle(now)

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from maglev.cosim import Order
 from maglev.cosim.fmi_versions import FMI2, FMI3
 from maglev.cosim.helper_process import checked, other_process
-from maglev.cosim.master import PROGRESS_STEPS, FmuSetup, Master, Observer, Recording, RunFailed, countable, ended
+from maglev.cosim.master import PROGRESS_STEPS, FmuSetup, Master, Observer, Recording, RunFailed, countable, early_end
 from maglev.cosim.wiring import Call, Drives, Wiring
 from maglev.files.cache import Kept
 from maglev.files.errors import FmuError, Interrupted, ended_by, signal_of
@@ -36,7 +36,7 @@ TRACK = "track"     # files of the arrays, TRACK0.float64 and so on
 Complete = Callable[[Recording], None]   # told of a recording
 
 
-class Job(NamedTuple):
+class IsolatedRun(NamedTuple):
     """A run; for the parameters see `Master`."""
 
     setups: Sequence[FmuSetup]
@@ -49,15 +49,15 @@ class Job(NamedTuple):
     columns: frozenset[str] = frozenset()   # which have to be recorded, at least
 
 
-class Stage(NamedTuple):
+class Work(NamedTuple):
     """A call of an FMU, by its name; as a report: the present work on it, while no calls are counted."""
 
     fmu: str
     doing: str
 
 
-STARTING = Stage("the process of the run", "its start")
-ENDING = Stage("the process of the run", "its end")
+STARTING = Work("the process of the run", "its start")
+ENDING = Work("the process of the run", "its end")
 
 KINDS = [np.dtype(kind.item).name for kind in (*FMI2.types.values(), *FMI3.types.values())]   # of recorded arrays
 
@@ -65,9 +65,9 @@ KINDS = [np.dtype(kind.item).name for kind in (*FMI2.types.values(), *FMI3.types
 class Wired(NamedTuple):
     """Report: the calls before the first step, of each phase, and after the last step; the columns of each array."""
 
-    initial: list[Stage]
-    phases: list[list[Stage]]
-    final: list[Stage]
+    initial: list[Work]
+    phases: list[list[Work]]
+    final: list[Work]
     columns: list[list[str]]
 
 
@@ -90,7 +90,7 @@ class Failed(NamedTuple):
     traceback: str
 
 
-Report = Stage | Wired | Stepped | Finished | Failed
+Report = Work | Wired | Stepped | Finished | Failed
 
 
 class Reporter(Observer):
@@ -105,8 +105,8 @@ class Reporter(Observer):
         with (folder / COUNTER).open("r+b") as file:
             self.counter = memoryview(mmap.mmap(file.fileno(), 8)).cast("q")
 
-    def stage(self, fmu: str, doing: str) -> None:
-        self.send(Stage(fmu, doing))
+    def working(self, fmu: str, doing: str) -> None:
+        self.send(Work(fmu, doing))
 
     def allocate(self, shape: tuple[int, int], kind: type) -> npt.NDArray[Any]:
         path = self.folder / f"{TRACK}{len(self.arrays)}.{np.dtype(kind).name}"
@@ -123,31 +123,31 @@ class Reporter(Observer):
         return self.arrays[-1]
 
     def wired(self, wiring: Wiring) -> None:
-        def named(calls: Sequence[Call]) -> list[Stage]:
-            return [Stage(fmu.name, what) for fmu, what in (call.what for call in calls)]
+        def named(calls: Sequence[Call]) -> list[Work]:
+            return [Work(fmu.name, what) for fmu, what in (call.what for call in calls)]
 
         names = {id(track.array): track.names for track in wiring.tracks}
         self.send(Wired(named(wiring.initial), [*map(named, wiring.phases)], named(wiring.final),
                         [names[id(array)] for array in self.arrays]))
 
 
-def run_and_report(folder: Path, job: Job, send: Send) -> None:
+def run_and_report(folder: Path, run: IsolatedRun, send: Send) -> None:
     """Do a run in this process, recorded into a folder, and send reports."""
     observer = Reporter(folder, send)
     try:
-        with Master(job.setups, job.connections, job.step, job.order, observer, job.loop) as master:
-            master.require_memory(job.stop_time)
-            recording = master.run(job.stop_time, job.drives, lambda *steps: send(Stepped(*steps)))
+        with Master(run.setups, run.connections, run.step, run.order, observer, run.loop) as master:
+            master.require_memory(run.stop_time)
+            recording = master.run(run.stop_time, run.drives, lambda *steps: send(Stepped(*steps)))
             send(Finished(recording.notes))   # whatever happens in the calls that are left
             for name, fmu in master.fmus.items():
-                observer.stage(name, f"{fmu.fmi.prefix}FreeInstance")
+                observer.working(name, f"{fmu.fmi.prefix}FreeInstance")
                 fmu.close()
         send(ENDING)
     except RunFailed as error:
         send(Failed(str(error), len(error.recording.time), format_exc()))
 
 
-def run_apart(job: Job, progress: Progress | None = None, timeout: float = TIMEOUT,
+def run_apart(run: IsolatedRun, progress: Progress | None = None, timeout: float = TIMEOUT,
               complete: Complete = lambda _: None) -> Recording:
     """Do the work of a `Master` in another process; errors as there, RunFailed also if the process dies.
 
@@ -158,19 +158,19 @@ def run_apart(job: Job, progress: Progress | None = None, timeout: float = TIMEO
     """
     with other_process() as (worker, folder):
         (folder / COUNTER).write_bytes(bytes(8))
-        worker.ask(partial(run_and_report, folder, job))
-        return Follower(job, folder, worker, timeout).follow(progress, complete)
+        worker.ask(partial(run_and_report, folder, run))
+        return Follower(run, folder, worker, timeout).follow(progress, complete)
 
 
 class Follower:
     """State of a run in another process, as known here."""
 
-    def __init__(self, job: Job, folder: Path, process: WorkerProcess, timeout: float):
-        self.job = job
+    def __init__(self, run: IsolatedRun, folder: Path, process: WorkerProcess, timeout: float):
+        self.run = run
         self.folder = folder
         self.process = process
         self.timeout = timeout
-        self.stage = STARTING
+        self.work = STARTING
         self.wired = Wired([], [], [], [])   # until the first call
         self.counted = 0
         self.cut = False   # true if somebody has cut the file with the number of calls
@@ -179,7 +179,7 @@ class Follower:
         while True:
             try:
                 # A slow start of a process is not the fault of an FMU.
-                limit = max(self.timeout, TIMEOUT) if self.stage == STARTING else self.timeout
+                limit = max(self.timeout, TIMEOUT) if self.work == STARTING else self.timeout
                 report = self.next(limit)
             except KeyboardInterrupt as error:
                 with suppress(Gone):
@@ -187,11 +187,11 @@ class Follower:
                         self.next(PATIENCE)
                 if not self.begun():
                     raise
-                raise self.early(error) from None
+                raise self.early_end(error) from None
             except Gone as gone:
-                raise self.early(self.blame(gone)) from None
-            if isinstance(report, Stage):
-                self.stage = report
+                raise self.early_end(self.blame(gone)) from None
+            if isinstance(report, Work):
+                self.work = report
             elif isinstance(report, Stepped) and progress is not None:
                 progress(*report)
             elif isinstance(report, Failed):
@@ -199,10 +199,10 @@ class Follower:
                 failure.add_note(report.traceback)
                 raise failure
             elif isinstance(report, Finished):
-                rows = whole_steps(self.job.stop_time, self.job.step) + 1
+                rows = whole_steps(self.run.stop_time, self.run.step) + 1
                 recording = self.recording(rows, report.notes)
                 if len(recording.time) < rows:
-                    raise self.early(FmuError(f"{self.foreign()} has truncated the file of the recording"))
+                    raise self.early_end(FmuError(f"{self.foreign()} has truncated the file of the recording"))
                 complete(recording)
                 note = self.end()
                 return Recording(recording.time, recording.columns, (*recording.notes, note)) if note else recording
@@ -217,26 +217,26 @@ class Follower:
             raise Forged
         if isinstance(report, Wired):
             columns = {name for names in report.columns for name in names}
-            if not (any(report.phases) and report.final and columns >= self.job.columns):
+            if not (any(report.phases) and report.final and columns >= self.run.columns):
                 raise Forged
             self.wired = report
         return report
 
     def end(self) -> str:
         """Let the process end after a complete run, if it does so soon; return a note if it does not end well."""
-        self.stage, patience = ENDING, min(PATIENCE, self.timeout)
+        self.work, patience = ENDING, min(PATIENCE, self.timeout)
         try:
-            for _ in range(len(self.job.setups) + 3):   # each is freed, the task ends, and so does the process
+            for _ in range(len(self.run.setups) + 3):   # each is freed, the task ends, and so does the process
                 if (said := self.process.next(patience)).last:
                     self.process.ask(None)
-                elif isinstance(said.what, Stage):
-                    self.stage = said.what
+                elif isinstance(said.what, Work):
+                    self.work = said.what
         except KeyboardInterrupt as error:
             raise Interrupted(f"{ended_by(error)} after the end of the run", signal_of(error)) from None
         except Gone as gone:
             self.process.end()
-            if self.stage != ENDING or gone.how not in ("exit code 0", ""):
-                return f"{self.name(self.stage.fmu)} {gone} in {self.stage.doing}, after the end of the run"
+            if self.work != ENDING or gone.how not in ("exit code 0", ""):
+                return f"{self.name(self.work.fmu)} {gone} in {self.work.doing}, after the end of the run"
             if not gone.how:
                 return (f"the process of {self.foreign()} still ran {patience:g} s after the run, and was ended with "
                         "its child processes")
@@ -256,7 +256,7 @@ class Follower:
         """Return True if a call of the run was begun, and it is known which."""
         return self.calls() > 0 and bool(self.wired.phases)
 
-    def last(self) -> tuple[int, Stage]:
+    def last(self) -> tuple[int, Work]:
         """Communication step and name of the last call that was begun."""
         initial, phases, final, _ = self.wired
         number = self.calls() - 1
@@ -264,7 +264,7 @@ class Follower:
             return 0, initial[number]
         number -= len(initial)
         cycle = [(phase, call) for phase, calls in enumerate(phases) for call in calls]
-        steps = whole_steps(self.job.stop_time, self.job.step)
+        steps = whole_steps(self.run.stop_time, self.run.step)
         cycles, rest = divmod(steps, len(phases))
         stepping = cycles * len(cycle) + sum(map(len, phases[:rest]))
         if number >= stepping:
@@ -278,37 +278,37 @@ class Follower:
         begun = self.begun()
         if self.cut or not (gone.how or isinstance(gone, Silent)):   # others were called since
             return FmuError(f"{self.foreign()} {gone}{', after it truncated the count of calls' if self.cut else ''}")
-        fmu, doing = self.last()[1] if begun else self.stage
+        fmu, doing = self.last()[1] if begun else self.work
         return FmuError(f"{self.name(fmu)} {gone} in {doing}")
 
-    def early(self, reason: BaseException) -> BaseException:
+    def early_end(self, reason: BaseException) -> BaseException:
         """Error for the end of the run, with the recording until then, if there is one."""
         if not self.begun():
             return reason
         step, _ = self.last()
         self.process.end()   # before its memory is read
-        return ended(reason, step * self.job.step, self.recording(step + 1))
+        return early_end(reason, step * self.run.step, self.recording(step + 1))
 
     def recording(self, rows: int, notes: tuple[str, ...] = ()) -> Recording:
         """Copy of the first rows of the recording, or of as many as there are."""
         columns: dict[str, Any] = {}
-        rows = max(0, min(rows, whole_steps(self.job.stop_time, self.job.step) + 1))
+        rows = max(0, min(rows, whole_steps(self.run.stop_time, self.run.step) + 1))
         for number, names in enumerate(self.wired.columns):
             kind = next((kind for kind in KINDS if (self.folder / f"{TRACK}{number}.{kind}").is_file()), None)
             if kind is None:
                 return Recording(np.zeros(0), {})
             table, rows = read_track(self.folder / f"{TRACK}{number}.{kind}", len(names), rows)
             columns.update(zip(names, table, strict=True))
-        return Recording(self.job.step * np.arange(rows, dtype=np.float64),
+        return Recording(self.run.step * np.arange(rows, dtype=np.float64),
                          {name: column[:rows] for name, column in columns.items()}, notes)
 
     def foreign(self) -> str:
         """Names of the running FMUs that are not of this project."""
-        return " or ".join(self.name(setup.name) for setup in self.job.setups
+        return " or ".join(self.name(setup.name) for setup in self.run.setups
                            if not setup.source.built_here) or STARTING.fmu
 
     def name(self, fmu: str) -> str:
-        return next((f"{fmu} ({setup.source.name})" for setup in self.job.setups if setup.name == fmu), fmu)
+        return next((f"{fmu} ({setup.source.name})" for setup in self.run.setups if setup.name == fmu), fmu)
 
 
 def read_track(path: Path, names: int, rows: int) -> tuple[npt.NDArray[Any], int]:

@@ -98,7 +98,7 @@ class Observer:
     def __init__(self) -> None:
         self.counter = new_counter()
 
-    def stage(self, fmu: str, doing: str) -> None:
+    def working(self, fmu: str, doing: str) -> None:
         """Called before the stepping, with the present work on an FMU."""
 
     def allocate(self, shape: tuple[int, int], kind: type) -> npt.NDArray[Any]:
@@ -202,7 +202,7 @@ class Master:
             with held_interrupts():
                 for setup, description in described:
                     scales = {} if setup.ports is None else apply(setup.ports, description)
-                    self.observer.stage(setup.name, "loading")
+                    self.observer.working(setup.name, "loading")
                     open_it: Callable[..., Fmu] = (opened or {}).get(setup.name, open_fmu)
                     fmu = open_it(setup.name, setup.source, description, scales)
                     self.fmus[setup.name] = self.stack.enter_context(fmu)
@@ -303,7 +303,7 @@ class Master:
                 if isinstance(error, StepFailed):
                     done, reason = error.step, error.reason
                 columns.take(done + 1, origin)
-                raise ended(reason, done * self.step, columns.recording(self.step)) from reason
+                raise early_end(reason, done * self.step, columns.recording(self.step)) from reason
             stepper.tell_warnings()
             return columns.recording(self.step, self.notes())
 
@@ -315,7 +315,7 @@ class Master:
         for name, calls in self.wiring.begin.items():
             if self.has_run:
                 self.fmus[name].reset()
-            self.observer.stage(name, "its initialization")
+            self.observer.working(name, "its initialization")
             self.fmus[name].initialise({**own[name], **start.get(name, {})}, 0.0, self.stop_time,
                                        partial(call_all, calls))
         self.has_run = True
@@ -335,7 +335,7 @@ class Master:
                 try:
                     call.at(0)
                 except FmuError as error:
-                    raise ended(error, self.stop_time, recording) from error
+                    raise early_end(error, self.stop_time, recording) from error
         return replace(recording, notes=self.notes())
 
     def notes(self) -> tuple[str, ...]:
@@ -384,7 +384,7 @@ def step_rate(name: str, own: float, step: float, steps: int) -> Rate:
     return own_rate
 
 
-def ended(reason: BaseException, time: float, recording: Recording) -> RunFailed | RunInterrupted:
+def early_end(reason: BaseException, time: float, recording: Recording) -> RunFailed | RunInterrupted:
     """Error for a run that ended early at a time (s)."""
     if isinstance(reason, KeyboardInterrupt):
         return RunInterrupted(f"at t = {time:.9g} s: {ended_by(reason)}", recording, signal_of(reason))

@@ -183,7 +183,9 @@ class Stepper:
             raise StepFailed(k, error) from None
 
     def tell_warnings(self) -> None:
-        for call, ready in zip(self.loop.calls, self.loop.prepared, strict=True) if self.loop is not None else ():
+        if self.loop is None:
+            return
+        for call, ready in zip(self.loop.calls, self.loop.prepared, strict=True):
             fmu, what = call.what
             if ready.warnings:
                 fmu.messages.warned(what, ready.warnings)

@@ -81,7 +81,7 @@ def from_here(path: Path) -> Path:
     return path.relative_to(here) if path.is_relative_to(here) else path
 
 
-def kind_folder(fmus: Path, native: bool, fmi: int = 2, clocked: bool = False) -> Path:
+def kind_folder(fmus: Path, native: bool, fmi: int, clocked: bool = False) -> Path:
     """Folder of a kind of FMUs below a folder: the Python kind is in this one itself.
 
     ScenarioError for a version of FMI that there is not, or clocks in another than FMI 3.0.
@@ -94,14 +94,19 @@ def kind_folder(fmus: Path, native: bool, fmi: int = 2, clocked: bool = False) -
 
 
 def definition(name: str) -> FmuDefinition:
-    """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
+    """Definition of an FMU by its name; BuildError as of `require_definition`."""
+    require_definition(name)
+    return known_stages().definition(name)
+
+
+def require_definition(name: str) -> None:
+    """Raise BuildError with the nearest name if there is no FMU of a name."""
     if name not in known_stages().definitions():
         if name.endswith(".toml"):
             raise BuildError(f"{name}: expected the name of an FMU; for your own stage give {option('stage', name)}")
         known = [*known_stages().definitions(), *known_stages().systems()]
         raise BuildError(f"there is no FMU {name}, {nearest(name, known, '.py')}, expected one from `maglev list`, "
                          f"{or_of_own_stage()}")
-    return known_stages().definition(name)
 
 
 def installed() -> Maker:

@@ -68,10 +68,11 @@ def kept(key: str, name: str) -> Kept | None:
     if here := SESSION.get(KeptHere).files.get((key, name)):
         return here
     folder = cache_folder() / key
-    for path in sorted(folder.glob(f"*-{name}")) if folder.is_absolute() and is_private(folder) else ():
-        entry = Kept(path, path.name.removesuffix(f"-{name}"))
-        if is_private(path) and entry.intact:
-            return entry
+    if folder.is_absolute() and is_private(folder):
+        for path in sorted(folder.glob(f"*-{name}")):
+            entry = Kept(path, path.name.removesuffix(f"-{name}"))
+            if is_private(path) and entry.intact:
+                return entry
     return None
 
 
@@ -108,6 +109,7 @@ def keep_here(key: str, name: str, content: bytes) -> Kept:
 
 
 def sizes() -> list[int]:
+    """Return the size of every file in the cache, in bytes."""
     return [path.stat().st_size for part in FOLDERS for path in (cache_folder() / part).rglob("*-*")
             if path.is_file()]
 

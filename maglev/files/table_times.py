@@ -144,10 +144,10 @@ def even(table: DataTable, times: Times, gaps: Gaps = "refuse") -> Even:
                      f"{time[begin]:.9g} s to {time[end - 1]:.9g} s")
     elif len(uneven) and gaps == "refuse":
         raise refusal(table, times, int(uneven[0]), f"expected {time[uneven[0] - 1] + dt:.9g} ± {JITTER:.0%} of the "
-                      f"sample time {dt:.6g} s; {gap_words(time, step, uneven, dt)}: {option('gaps', 'fill')} fills "
+                      f"sample time {dt:.6g} s; {gap_words(time, step, uneven)}: {option('gaps', 'fill')} fills "
                       f"them with straight lines, {option('gaps', 'longest')} takes the longest part without one")
     elif len(uneven):
-        table.assume(f"{gap_words(time, step, uneven, dt)}: filled with straight lines")
+        table.assume(f"{gap_words(time, step, uneven)}: filled with straight lines")
     part, kept = time[begin:end], slice(begin, end)
     apart = np.abs(np.diff(part) - dt)
     if len(part) < 3 or float(apart.max()) <= UNEVEN * dt:
@@ -159,7 +159,7 @@ def even(table: DataTable, times: Times, gaps: Gaps = "refuse") -> Even:
     return Even(resampled, lambda column: np.interp(resampled, part, column[kept]))
 
 
-def gap_words(time: Array, step: Array, uneven: NDArray[np.intp], dt: float) -> str:
+def gap_words(time: Array, step: Array, uneven: NDArray[np.intp]) -> str:
     """Return the number of uneven places and the longest gap, in words."""
     k = int(uneven[np.argmax(step[uneven - 1])])
     places = f"{len(uneven)} place{'' if len(uneven) == 1 else 's'}"

@@ -45,15 +45,14 @@ class WrittenDefinition(FmuDefinition):
         return self.starts[variable.name]
 
 
-def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing,
-                  requires: tuple[str, ...] = ()) -> WrittenDefinition:
+def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing) -> WrittenDefinition:
     """Definition of the FMU that steps a class at its samples.
 
     The class has tables `inputs`, `outputs` and, if it has any, `parameters`, from a name to a unit, "" for none. It
     has `step(self, t)` with an attribute `sample_time` (s), or `step(self, t, dt)`, called at every communication step;
     perhaps `start(self)`, called when the parameters are set. ExportError if it lacks something, or these do not fit
     each other. The `clock` of the samples has `fits` and `due`. The sketch is drawn for 1 if the class has samples,
-    else for 0. `requires` are packages of the importer's Python; the FMU of a class sets them itself.
+    else for 0.
     """
     name = written.__name__
     require_steps(written)
@@ -112,7 +111,6 @@ def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing,
         finite=tuple((number, v.place) for number, v in enumerate(outputs, FIRST_PORT)),
         slave=("maglev.fmi.user_slave", "WrittenSlave"),
         author="",
-        requires=requires,
         starts=starts)
 
 

@@ -17,7 +17,7 @@ from maglev.scenario.run_plan import RunPlan
 # Metrics of every run; the time of an event that did not happen is inf. `failed` is 1 after a stop contact or a trip;
 # `ended off` is 1 if the error at the end was too large.
 FLAWS = ("failed", "ended off")
-EVENTS = (*FLAWS, "trip time", "stop contact time", "lost setpoints")
+OF_EVERY_RUN = (*FLAWS, "trip time", "stop contact time", "lost setpoints")
 
 METADATA = b"maglev"    # key of a dataset's metadata, JSON
 AT_STEP = " at t = "   # in the name of a metric of one step
@@ -63,7 +63,7 @@ def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | No
     steps. `origin` is the source that errors name.
     """
     names = [name for name in known if AT_STEP not in name] if asked is None else [
-        *EVENTS, *(name for pattern in asked for name in metric_names(known, pattern, f"{origin}: metrics"))]
+        *OF_EVERY_RUN, *(name for pattern in asked for name in metric_names(known, pattern, f"{origin}: metrics"))]
     bounds: dict[str, tuple[float, float]] = {}
     for pattern, limit in limits.items():
         for name in metric_names(known, pattern, f"{origin}: limits"):

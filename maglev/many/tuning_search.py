@@ -28,7 +28,7 @@ from maglev.files.errors import (
 from maglev.files.side_by_side import Progress, Say
 from maglev.many.batches import RunBatches, batches_of
 from maglev.many.samples import BatchResult
-from maglev.many.study_columns import EVENTS, FLAWS
+from maglev.many.study_columns import FLAWS, OF_EVERY_RUN
 from maglev.many.study_parts import Parts
 from maglev.many.tuning_plan import Cost, PlannedTuning, TuneFile
 from maglev.scenario.quantities import metric_text
@@ -162,7 +162,7 @@ def show_result(console: Console, tuning: TuneFile, cost: Cost, result: SearchRe
         heads = ("median before", "after", "largest before", "after", "never settled before", "after", "lower on")
         console.print(ResultTable(title, ("metric", *heads), (
             row(column.name, before[:, i], after[:, i], column.unit) for i, column in enumerate(cost.columns)
-            if column.name not in EVENTS or column.name in FLAWS)))
+            if column.name not in OF_EVERY_RUN or column.name in FLAWS)))
         within = percent((cost.excess(after[None], before) == 0.0).mean())
         console.print(f"{within} of the plants are within all limits", highlight=False)
     console.print(", ".join(f"{name} = {value:g}" for name, value in result.parameters.items()), highlight=False)

@@ -18,13 +18,13 @@ from maglev.runs.verdicts import (
     ClaimResult,
     Judgements,
     Verdict,
-    blames,
     bounds_in_words,
     by_kind,
     count_verdicts,
     met_of,
     sentences,
     specification,
+    those_that_blame_friction,
     those_that_count,
 )
 
@@ -56,7 +56,7 @@ def message(judgements: Judgements) -> str:
     first, *others = (f"{count_verdicts(of_kind)['reproduced']} of {len(of_kind)} {name}"
                       for name, of_kind in by_kind(claims).items())
     missed = [judged for judged in claims if judged.verdict in ("no difference", "not reproduced")]
-    friction = len(blames(missed, "friction"))
+    friction = len(those_that_blame_friction(missed))
     who = "The one that does not" if len(missed) == 1 else f"Of the {len(missed)} that do not, {friction}"
     return (f'<p class="message"><strong>{first} reproduce</strong>{", and " if others else ""}{", ".join(others)}.'
             + (f" {who} {'has' if friction == 1 else 'have'} guide friction among the reasons: the thesis does not "

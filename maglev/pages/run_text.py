@@ -59,15 +59,45 @@ CURVE_COLUMNS = ("figure", "panel", "curve", "x", "y", "margin")
 def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult], briefly: bool = False) -> None:
     """Print the metrics of a run, the claims about it with their verdicts, and how it ended.
 
-    `briefly` shortens the claims and leaves out axis-range checks, whose number is in the last line.
+    `briefly` shortens the claims. It leaves out axis-range checks, whose number is in the last line, and the reason of
+    a run that did not complete, which is printed elsewhere.
     """
+    plan = result.plan
+    console.print(heading(plan.name, plan.title))
+    if result.metrics is None:
+        console.print(Text(", ".join(run_status(result, reason=not briefly))))
+        return
+    if result.provenance is not None:
+        console.print(Text(origin(result.provenance), style="dim"))
     claims = [judged for judged in verdicts if judged.claim.figure is None] if briefly else verdicts
     tables = [(short_claims if briefly else claim_table)(title, of_kind) for title, of_kind in titled_claims(claims)]
-    show_measured(console, result, tables, verdicts, reason=not briefly, footnote=fitted_to(claims) if briefly else "")
+    for table in (*metric_tables(plan, result.metrics), *tables):
+        console.print(table)
+    if briefly and (footnote := fitted_to(claims)):
+        console.print(Text(footnote))
+    console.print("; ".join([outcome_line(result, result.metrics), *sums(verdicts)]))
 
 
-class Verdicts(tuple[ClaimResult, ...]):
-    """Claims with their verdicts, which show and print as the tables of the terminal."""
+class Printable:
+    """A result that prints as the tables of the terminal, also in a notebook."""
+
+    __slots__ = ()
+
+    def show(self, console: Console) -> None:
+        """Print the tables on a console of rich."""
+        raise NotImplementedError
+
+    def __str__(self) -> str:
+        return as_text(self.show)
+
+    def _repr_html_(self) -> str:
+        console = plain_console(file=StringIO(), record=True, width=REPORT_WIDTH)
+        self.show(console)
+        return console.export_html(inline_styles=True, code_format=PREFORMATTED)
+
+
+class Verdicts(Printable, tuple[ClaimResult, ...]):
+    """Claims with their verdicts."""
 
     __slots__ = ()
 
@@ -76,13 +106,7 @@ class Verdicts(tuple[ClaimResult, ...]):
         tables = claim_tables(self)
         console.print(*tables, *([] if tables else ["no claims"]), sep="\n")
 
-    def __str__(self) -> str:
-        return as_text(self.show)
-
-    __repr__ = __str__
-
-    def _repr_html_(self) -> str:
-        return as_html(self.show)
+    __repr__ = Printable.__str__
 
 
 def show_results(console: Console, asked: Sequence[str], results: Sequence[RunResult], verdicts: Judgements,
@@ -96,26 +120,6 @@ def show_results(console: Console, asked: Sequence[str], results: Sequence[RunRe
         show_outcome(console, outcome, verdicts[outcome.settings.name])
 
 
-def show_measured(console: Console, result: RunResult, below: Iterable[ResultTable] = (),
-                  verdicts: Sequence[ClaimResult] = (), reason: bool = True, footnote: str = "") -> None:
-    """Print the metrics of a run, the tables and the footnote below, and the outcome with a sum of verdicts.
-
-    The reason of a run that did not complete is left out if it is printed elsewhere.
-    """
-    plan = result.plan
-    console.print(heading(plan.name, plan.title))
-    if result.metrics is None:
-        console.print(Text(", ".join(run_status(result, reason))))
-        return
-    if result.provenance is not None:
-        console.print(Text(origin(result.provenance), style="dim"))
-    for table in (*metric_tables(plan, result.metrics), *below):
-        console.print(table)
-    if footnote:
-        console.print(Text(footnote))
-    console.print("; ".join([outcome_line(result, result.metrics), *sums(verdicts)]))
-
-
 def run_text(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
     """Return the output of `show` as text."""
     return as_text(lambda console: show(console, result, verdicts))
@@ -125,13 +129,6 @@ def as_text(show: Callable[[Console], None]) -> str:
     text = StringIO()
     show(plain_console(file=text, width=REPORT_WIDTH, force_terminal=False))   # which FORCE_COLOR would make it
     return text.getvalue()
-
-
-def as_html(show: Callable[[Console], None]) -> str:
-    """Return the output of a printing function on a console, as an element of HTML."""
-    console = plain_console(file=StringIO(), record=True, width=REPORT_WIDTH)
-    show(console)
-    return console.export_html(inline_styles=True, code_format=PREFORMATTED)
 
 
 def origin(provenance: Provenance) -> str:

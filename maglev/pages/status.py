@@ -56,7 +56,7 @@ class Part(NamedTuple):
         return bool(self.results or self.outcomes)
 
 
-def own_and_packaged(results: Sequence[RunResult], outcomes: Sequence[Outcome] = ()) -> tuple[Part, Part]:
+def own_and_packaged(results: Sequence[RunResult], outcomes: Sequence[Outcome]) -> tuple[Part, Part]:
     """A user's own runs and procedures, and those of the package."""
     own = {result.plan.name for result in results if result.plan.own}
 

@@ -14,7 +14,7 @@ import pyarrow as pa
 
 from maglev.files.arrays import Array
 from maglev.files.errors import lacking
-from maglev.many.study_columns import EVENTS
+from maglev.many.study_columns import OF_EVERY_RUN
 from maglev.pages import shell
 from maglev.pages.findings import html_table, typeset
 from maglev.pages.live_content import NAME as LIVE_PAGE
@@ -131,7 +131,7 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
     if not any(chosen["passed"].to_pylist()):   # how far each is from its limit
         second = first
     begin = (names.index(metric) if metric in names else -1 if by_cell or not metrics else
-             next((k for k, name in enumerate(names) if k >= len(varied) and name not in EVENTS), len(varied)))
+             next((k for k, name in enumerate(names) if k >= len(varied) and name not in OF_EVERY_RUN), len(varied)))
     some = {"samples": drawn.tolist()} if len(drawn) < table.num_rows else {}
     return {**some, "varied": len(varied), "columns": columns, "begin": [begin, first, second], "shares": shares,
             "grid": about["design"]["kind"] == "grid",
@@ -180,7 +180,7 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
     """
     limited, others, heads = [], [], QUANTILES if table.num_rows > 1 else ("metric", "value")
     for name, unit, values in metrics_of(table):
-        if len(values) and (varies(values) or name not in EVENTS):
+        if len(values) and (varies(values) or name not in OF_EVERY_RUN):
             cells = [*map(typeset, quantiles(name, unit, values))][:len(heads)]
             if name in about["limits"]:
                 limited.append([*cells, typeset(limits_text(about, name, unit)),

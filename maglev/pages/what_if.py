@@ -9,7 +9,7 @@ from maglev.runs.execution import RunResult
 from maglev.runs.preparation import Experiment, with_unit
 from maglev.runs.procedure_outcome import Outcome
 from maglev.runs.procedures import evaluate_all, judge_procedure
-from maglev.runs.verdicts import Judgements, blames, judge_run
+from maglev.runs.verdicts import Judgements, judge_run, those_that_blame_friction
 from maglev.scenario.run_plan import StartValue
 
 FRICTION = (".friction.coulomb", ".friction.viscous")   # ends of the names of its parameters, of every axis
@@ -32,7 +32,7 @@ def run_frictionless(experiments: Sequence[Experiment], verdicts: Judgements,
 
     The result has every verdict, by run or procedure, with the one `without` friction.
     """
-    blamed = {name: missed for name, claims in verdicts.items() if (missed := blames(claims, "friction"))}
+    blamed = {name: missed for name, claims in verdicts.items() if (missed := those_that_blame_friction(claims))}
     again = [without_friction(experiment) for experiment in with_needed(experiments, blamed)]
     runs = run_all(again) if again else []
     outcomes = [outcome for outcome in evaluate_all(runs) if outcome.settings.name in blamed]
@@ -41,7 +41,7 @@ def run_frictionless(experiments: Sequence[Experiment], verdicts: Judgements,
               if result.plan.name in blamed}
     judged |= {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
     return Again(runs, outcomes, {
-        name: [replace(claim, without=without) if blames([claim], "friction") else claim
+        name: [replace(claim, without=without) if those_that_blame_friction([claim]) else claim
                for claim, without in zip(claims, judged[name], strict=True)] if name in judged else claims
         for name, claims in verdicts.items()})
 

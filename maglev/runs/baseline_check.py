@@ -31,7 +31,7 @@ from maglev.runs.baseline_file import (
 from maglev.runs.chain import Ends, ends_of, started
 from maglev.runs.check_outcome import (
     CheckResult,
-    Deviation,
+    DeviatingSample,
     UpdateResult,
     WorstDifference,
     changes,
@@ -136,7 +136,7 @@ def check_runs(experiments: Sequence[Experiment], baselines: Path, jobs: int, wa
                     jobs, watch)
 
 
-def deviation_text(deviation: Deviation, unit: str) -> str:
+def deviation_text(deviation: DeviatingSample, unit: str) -> str:
     """A deviation in words, with every digit: expected and got can differ in the last one."""
     expected, got, allowed = (f"{text} {unit}".rstrip() for text in
                               (repr(deviation.expected), repr(deviation.got), f"{deviation.allowed:.6g}"))
@@ -182,7 +182,7 @@ MOST = 6   # signals, that of the deviation among them
 
 
 def write_deviation_picture(path: Path, baseline: Baseline, recording: Recording, samples: Mapping[str, Array],
-                            deviation: Deviation) -> None:
+                            deviation: DeviatingSample) -> None:
     """Write a picture, a row for each signal: both curves, and their difference. MaglevError without matplotlib."""
     names = [deviation.signal, *(name for name in baseline.columns if name != deviation.signal)][:MOST]
     figure = new_figure(11.0, 1.0 + 1.6 * len(names))

@@ -23,7 +23,7 @@ ELEMENTS = {"deviated": "failure", "error": "error"}
 
 
 @dataclass(frozen=True)
-class Deviation:
+class DeviatingSample:
     """A sample that differs from the expected one by more than its tolerance."""
 
     signal: str       # `fmu.variable`
@@ -41,13 +41,13 @@ class WorstDifference(NamedTuple):
 
 
 def first_deviation(times: Array, columns: Mapping[str, Array], samples: Mapping[str, Array],
-                    tolerances: Mapping[str, Tolerance]) -> Deviation | None:
+                    tolerances: Mapping[str, Tolerance]) -> DeviatingSample | None:
     """Return the earliest deviating sample: |got - expected| > absolute + relative |expected|, or got is not finite.
 
     Samples are by signal, at the times (s) of the expected columns. Of several at the same time, it is the one with the
     largest ratio of difference to allowance.
     """
-    first: Deviation | None = None
+    first: DeviatingSample | None = None
     largest_excess = 0.0
     for name, got in samples.items():
         expected, differing = columns[name], absolute_difference(columns[name], got)
@@ -59,7 +59,7 @@ def first_deviation(times: Array, columns: Mapping[str, Array], samples: Mapping
         excess = float(differing[i] / allowed[i]) if allowed[i] > 0.0 else np.inf
         time = float(times[i])
         if first is None or time < first.time or (time == first.time and excess > largest_excess):
-            first = Deviation(name, time, float(expected[i]), float(got[i]), float(allowed[i]))
+            first = DeviatingSample(name, time, float(expected[i]), float(got[i]), float(allowed[i]))
             largest_excess = excess
     return first
 
@@ -130,7 +130,7 @@ class CheckResult:
     name: str                                                  # of the plan
     status: Literal["passed", "deviated", "error"]
     message: str                                               # one line, without the name
-    deviation: Deviation | None                                # the first, if there is one
+    deviation: DeviatingSample | None                          # the first, if there is one
     worst: dict[str, WorstDifference]                          # largest difference of each signal; empty after an error
     elapsed: float                                             # wall time, s
     units: dict[str, str] = field(default_factory=dict)        # of each signal, empty text where the FMU gives none

@@ -193,8 +193,9 @@ def require_judgeable(experiments: Sequence[Experiment]) -> None:
 
 def completed_run(experiment: Experiment, recording: Recording) -> RunResult:
     """Result of a run that was recorded to its end: every output interval of it; nothing is measured yet."""
+    descriptions = experiment.check()
     return RunResult(experiment.plan, thinned(recording, experiment.output_every()), ends=ends_of(recording),
-                     parameters=experiment.parameters(), provenance=experiment.provenance())
+                     parameters=experiment.parameters(descriptions), provenance=experiment.provenance(descriptions))
 
 
 def run_as_json(result: RunResult) -> dict[str, Any]:

@@ -29,7 +29,7 @@ from maglev.runs.baseline_check import deviation_text
 from maglev.runs.baseline_file import Tolerance
 from maglev.runs.carried_experiments import CarriedExperiment, File, carried_experiments
 from maglev.runs.chain import chained
-from maglev.runs.check_outcome import CheckResult, Deviation, WorstDifference, first_deviation, worst, write_junit
+from maglev.runs.check_outcome import CheckResult, DeviatingSample, WorstDifference, first_deviation, worst, write_junit
 from maglev.user.source import FmuFile
 
 SOLVER_TOLERANCE = 1e-8   # relative, of the integration of model exchange, by default
@@ -274,7 +274,8 @@ def times_of(experiment: CarriedExperiment, description: ModelDescription, run: 
 
 
 def compare_results(expected: Expected, result: Mapping[str, npt.NDArray[Any]],
-                    variables: Mapping[str, ScalarVariable]) -> tuple[Deviation | None, dict[str, WorstDifference]]:
+                    variables: Mapping[str, ScalarVariable]
+                    ) -> tuple[DeviatingSample | None, dict[str, WorstDifference]]:
     """The first deviation, and the largest difference of every variable, or element of an array.
 
     Where a result has two values at one time, as at an event, either will do. At times between communication points a

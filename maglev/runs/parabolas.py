@@ -101,8 +101,8 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
             share = relative_error(thrust.estimated, other.estimated)
             values.append(ProcedureValue("simultaneous_deviation", share, axis=thrust.axis, gap=thrust.gap))
     names = tuple(sorted({thrust.run.plan.name for thrust in thrusts}))
-    every = load_plans(thrusts[0].run.plan.source)
-    notes = (f"this rests on {len(names)} of {len(every)} runs",) if len(names) < len(every) else ()
+    planned = load_plans(thrusts[0].run.plan.source)
+    notes = (f"this rests on {len(names)} of {len(planned)} runs",) if len(names) < len(planned) else ()
     return Outcome(settings, names, tuple(values),
                    tuple(thrust_table(axis, of_axis) for axis, of_axis in alone.items()),
                    tuple(charts(settings, alone, together)), notes)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from maglev.cosim import Order
 from maglev.cosim.fmi_versions import FMI3
-from maglev.cosim.isolated_run import TIMEOUT, Complete, Job, run_apart
+from maglev.cosim.isolated_run import TIMEOUT, Complete, IsolatedRun, run_apart
 from maglev.cosim.master import FmuSetup, Master, Recording, RunFailed
 from maglev.cosim.open import describe
 from maglev.cosim.port_map import PortMap, apply
@@ -73,9 +73,9 @@ class Experiment:
     stale: tuple[str, ...] = ()
     parameter_sets: dict[str, str] = field(default_factory=dict)   # SHA-256 of files with start values, by path
 
-    def provenance(self) -> Provenance:
-        """Return the provenance of its results."""
-        descriptions = self.check()
+    def provenance(self, descriptions: Mapping[str, ModelDescription] | None = None) -> Provenance:
+        """Return the provenance of its results; see `variables` for the parameter."""
+        descriptions = descriptions or self.check()
         fmus = tuple(UsedFmu.of(
             name, source, descriptions[name], put_in=name in self.put_in,
             start={variable: value.given for variable, value in self.plan.fmus[name].start.items()},
@@ -87,7 +87,7 @@ class Experiment:
 
     def check(self) -> dict[str, ModelDescription]:
         """Return the model descriptions; FmuError or ScenarioError if they lack a name of the plan."""
-        know_stage_of(self.plan)   # also in another process than that which made it ready
+        know_stage_of(self.plan)
         descriptions = {name: describe(name, source, self.timeout) for name, source in self.sources.items()}
         for name, ports in self.ports.items():
             apply(ports, descriptions[name])
@@ -107,7 +107,7 @@ class Experiment:
 
         A run with replaced FMUs is compared with another controller or plant, and so within tolerances.
         """
-        know_stage_of(self.plan)   # also in another process than that which made it ready
+        know_stage_of(self.plan)
         return (not self.put_in and self.order == "sequential" and self.step == self.plan.step
                 and all(source.keeps_bits() for source in self.sources.values()))
 
@@ -138,12 +138,12 @@ class Experiment:
         signals that are among `known`, and not only equal, are taken from there.
         """
         times, drives = self.times, {}
-        ready = {id(signal) for signal in known[0]}
+        signals, values = known
         for signal in self.plan.signals:
-            made = known[1] if id(signal) in ready else {}
-            drives[signal.to] = made[signal.to] if made else signal.values_at(times)
+            unchanged = any(signal is one for one in signals)
+            drives[signal.to] = values[signal.to] if unchanged else signal.values_at(times)
             if signal.rate_to is not None:
-                drives[signal.rate_to] = made[signal.rate_to] if made else signal.rates_at(times)
+                drives[signal.rate_to] = values[signal.rate_to] if unchanged else signal.rates_at(times)
         given = {*(source for source, _ in self.plan.wires.values()), *drives, *self.outputs(descriptions)}
         for axis in self.plan.axes.values():
             if axis.reference not in given:
@@ -212,15 +212,15 @@ class Experiment:
         setups, connections, stop_time = self.setups(), self.connections, self.plan.stop_time
         drives: Drives = self.drives(descriptions)
         apart = [f"{name} ({source.name})" for name, source in self.sources.items() if source.runs_apart]
-        for source in self.sources.values() if apart else ():
-            if isinstance(source, PythonClass):
-                raise ControllerError(f"{source}: a class runs in this process only, but {apart[0]} was not built by "
-                                      "this installation and runs in another one; give the file of the class")
         if apart:
+            for source in self.sources.values():
+                if isinstance(source, PythonClass):
+                    raise ControllerError(f"{source}: a class runs in this process only, but {apart[0]} was not built "
+                                          "by this installation and runs in another one; give the file of the class")
             columns = {full for full, variable in self.variables(descriptions).items()
                        if variable.causality == "output" and variable.type in FMI3.types} | drives.keys()
-            return run_apart(Job(setups, connections, self.step, self.order, stop_time, drives, self.loop,
-                                 frozenset(columns)), progress, self.timeout, complete)
+            return run_apart(IsolatedRun(setups, connections, self.step, self.order, stop_time, drives, self.loop,
+                                         frozenset(columns)), progress, self.timeout, complete)
         with Master(setups, connections, self.step, self.order, loop=self.loop) as master:
             master.require_memory(stop_time)
             recording = master.run(stop_time, drives, progress)
@@ -315,7 +315,7 @@ def in_place(plan: RunPlan, sources: Mapping[str, Source], replaced: Mapping[str
 
 
 def know_stage_of(plan: RunPlan) -> None:
-    """Know the stage of a scenario that names a description, so that its FMUs are recognised."""
+    """Know the stage of a scenario that names a description, so that each process recognises its FMUs."""
     if plan.stage_file is not None:
         know_stage(plan.stage_file)
 

@@ -79,9 +79,9 @@ class ClaimResult:
         return "; ".join(part for part in (why, self.claim.remark, given, other) if part)
 
 
-def blames(claims: Iterable[ClaimResult], what: str) -> list[ClaimResult]:
-    """Missed claims whose reason blames an assumption about the plant, such as "friction"."""
-    return [result for result in claims if result.claim.because == what and result.verdict in MISSED]
+def those_that_blame_friction(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
+    """Return the missed claims whose reasons blame friction, which is assumed."""
+    return [result for result in claims if result.claim.because == "friction" and result.verdict in MISSED]
 
 
 # Measured values for a claim and, if it is comparative, for its other side.

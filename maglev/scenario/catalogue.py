@@ -101,7 +101,7 @@ def maker(kind: Kind, own: Mapping[str, str] | None = None) -> Make:
 
 
 def unwatched(_done: int, _number: int) -> None:
-    """Ignore the progress."""
+    pass
 
 
 def as_python(definition: FmuDefinition) -> str:

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import get_args
 
-from maglev.descriptions.own_fmus import definition, kind_folder, stale
+from maglev.descriptions.own_fmus import kind_folder, require_definition, stale
 from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.descriptions.registry import known_stages
 from maglev.files.cache import FMUS, cache_folder, keep, kept, key_of
@@ -48,15 +48,14 @@ def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: st
     if kind not in (None, *get_args(KindName)):
         raise ScenarioError(f"{option('kind', kind)}: expected python or native")
     asked = kind == "native" or (kind is None and fmi != 2)
+    folder = kind_folder(Path(fmus or ""), asked, fmi)
     if fmus is not None:
-        folder = kind_folder(Path(fmus), asked, fmi)
         if asked and folder.is_dir():
             step_in_c()
         return folder
-    kind_folder(Path(), asked, fmi)   # refuses a version of FMI
     needed = list(dict.fromkeys(names))
     for name in needed:
-        definition(name)   # refuses one that there is not
+        require_definition(name)
     native = Kind(True, "all" if everywhere else "host", fmi)
     if asked or compiles(kind) or (kind is None and all(is_shipped(name, native) for name in needed)):
         try:
@@ -155,10 +154,9 @@ def kept_files(name: str, kind: Kind) -> dict[str, bytes]:
         return {}
 
 
-def is_kept(name: str, kind: str) -> bool:
-    """Return True if the cache has an FMU of the present sources, "Python", "native" or "FMI 3.0"."""
-    form = PYTHON if kind == "Python" else Kind(True, "host", 3 if kind == "FMI 3.0" else 2)
-    return kept(fmu_key(name, form), f"{name}.fmu") is not None
+def is_kept(name: str, kind: Kind) -> bool:
+    """Return True if the cache has an FMU of the present sources."""
+    return kept(fmu_key(name, kind), f"{name}.fmu") is not None
 
 
 def keep_files(names: Iterable[str], kind: Kind, contents: dict[str, bytes], say: Say) -> None:

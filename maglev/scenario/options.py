@@ -121,9 +121,9 @@ def completed_options(options: SomeOptions) -> RunOptions:
         choices = OPTIONS[name].choices
         if choices and value not in choices:
             raise ScenarioError(f"{option(name, value)}: expected {one_of(str(value), list(map(str, choices)))}")
-    every: dict[str, Any] = {name: given.get(name, option.default) for name, option in OPTIONS.items()}
-    return cast("RunOptions", every | {name: seconds(name, every[name]) for name, option in OPTIONS.items()
-                                       if option.time})
+    completed: dict[str, Any] = {name: given.get(name, option.default) for name, option in OPTIONS.items()}
+    return cast("RunOptions", completed | {name: seconds(name, completed[name]) for name, option in OPTIONS.items()
+                                           if option.time})
 
 
 def seconds(name: str, value: float | str | None) -> float | None:

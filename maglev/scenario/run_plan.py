@@ -107,11 +107,12 @@ class FmuTable(Table):
         if self.model is not None and self.model.endswith((".fmu", ".py")):
             raise key_refused("model", self.model, "expected the name of an FMU of this project; of a path the key is "
                               "file")
-        for name, start in self.start.items() if self.model is not None else ():
-            try:
-                parse_quantity(start.written) if isinstance(start.written, str) else None
-            except QuantityError as error:
-                raise key_refused(name, start.written, str(error), "start") from None
+        if self.model is not None:
+            for name, start in self.start.items():
+                try:
+                    parse_quantity(start.written) if isinstance(start.written, str) else None
+                except QuantityError as error:
+                    raise key_refused(name, start.written, str(error), "start") from None
         return self
 
 
@@ -343,10 +344,11 @@ class RunPlan(Table):
             if claim.event is not None and claim.event not in events:
                 raise key_refused("event", claim.event, f"not in [[events]], {nearest(claim.event, events)}",
                                   "claims", i)
-            for name in (claim.axes or self.axes) if claim.of_one_unit else ():
-                if self.axes[name].unit != claim.axis_unit:
-                    raise key_refused("axes", claim.axes, f"{name} is in {self.axes[name].unit}, expected axes in "
-                                                          f"{claim.axis_unit} alone, as the claim is", "claims", i)
+            if claim.of_one_unit:
+                for name in claim.axes or self.axes:
+                    if self.axes[name].unit != claim.axis_unit:
+                        raise key_refused("axes", claim.axes, f"{name} is in {self.axes[name].unit}, expected axes in "
+                                                              f"{claim.axis_unit} alone, as the claim is", "claims", i)
             bands = self.metrics.bands if claim.axis_unit == "m" else self.metrics.tilt_bands
             if claim.band is not None and claim.band not in bands:
                 key = "bands" if claim.axis_unit == "m" else "tilt_bands"

@@ -15,15 +15,14 @@ from maglev.fmi.native_build import host_platform
 from maglev.scenario.catalogue import build_errors, build_systems, with_parts
 
 
-def build_step_loops(folder: Path) -> list[Path]:
-    """Compile that loop for every platform, into a folder for each with FMI 3.0's name of it; return their paths."""
+def build_step_loops(folder: Path) -> None:
+    """Compile that loop for every platform, into a folder for each with FMI 3.0's name of it."""
     from maglev.cosim.step_loop import LIBRARY, source
 
-    paths = [folder / name / f"{Path(LIBRARY).stem}{platform.ending}" for name, platform in PLATFORMS.items()]
-    for path, platform in zip(paths, PLATFORMS.values(), strict=True):
+    for name, platform in PLATFORMS.items():
+        path = folder / name / f"{Path(LIBRARY).stem}{platform.ending}"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(library({"step_loop.c": source()}, path.stem, platform))
-    return paths
 
 
 @build_errors()

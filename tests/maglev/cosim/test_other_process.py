@@ -26,10 +26,10 @@ from maglev.cosim.isolated_run import (
     Failed,
     Finished,
     Follower,
-    Job,
-    Stage,
+    IsolatedRun,
     Stepped,
     Wired,
+    Work,
     run_apart,
 )
 from maglev.cosim.master import FmuSetup, Recording, RunFailed, RunInterrupted
@@ -136,7 +136,7 @@ def test_a_fault_after_the_end_loses_nothing(fmus: Path, healthy: Recording, tmp
 def small_run(folder: Path, hole: str) -> Recording:
     """A run of the small FMU of FMI 3.0 apart, which aborts in a hole."""
     fmu = small_fmu(folder, {hole: "if (late(f)) abort();" if hole == "IN_STEP" else "abort();"})
-    return run_apart(Job([FmuSetup("small", fmu)], [], 0.05, "sequential", 0.3, {"small.u": np.zeros(7)}))
+    return run_apart(IsolatedRun([FmuSetup("small", fmu)], [], 0.05, "sequential", 0.3, {"small.u": np.zeros(7)}))
 
 
 @pytest.mark.usefixtures("slow", "unpacked")
@@ -235,7 +235,7 @@ def test_interrupt_before_it_is_read_what_runs(fmus: Path, healthy: Recording, t
     require_beginning(failure.value.recording, healthy, len(failure.value.recording.time))
 
 
-CALL = Stage("theirs", "fmi2DoStep")
+CALL = Work("theirs", "fmi2DoStep")
 WIRED = Wired([CALL], [[CALL]], [CALL], [["theirs.y"]])
 
 
@@ -284,9 +284,9 @@ def told(folder: Path, *reports: object, track: str | None = "track0.float64") -
     if track:
         (folder / track).write_bytes(np.arange(5.0).tobytes())
     (folder / COUNTER).write_bytes(int.to_bytes(2**62, 8, "little"))
-    job = Job([FmuSetup("theirs", folder / "theirs.fmu")], [], 0.05, "sequential", 0.3, {}, None,
-              frozenset(["theirs.y"]))
-    return Follower(job, folder, cast(WorkerProcess, Liar(*reports)), 1.0).follow(None, lambda _: None)
+    run = IsolatedRun([FmuSetup("theirs", folder / "theirs.fmu")], [], 0.05, "sequential", 0.3, {}, None,
+                      frozenset(["theirs.y"]))
+    return Follower(run, folder, cast(WorkerProcess, Liar(*reports)), 1.0).follow(None, lambda _: None)
 
 
 STARTED = """

@@ -11,7 +11,7 @@ from facts import raises
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maglev.cosim.isolated_run import Stage, Wired
+from maglev.cosim.isolated_run import Wired, Work
 from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import CsvError, MaglevError, QuantityError, ScenarioError
 from maglev.files.json_lines import line_of, value_of
@@ -21,7 +21,7 @@ from pmlsm.motor_geometry import MotorGeometry
 LEAVES = (st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.binary() |
           st.complex_numbers() | st.builds(Path, st.sampled_from(["a/b", "/c d", "ü"])))
 VALUES = st.recursive(LEAVES, lambda inner: st.lists(inner) | st.tuples(inner, inner) |
-                      st.dictionaries(st.text() | st.integers(), inner) | st.builds(Stage, st.text(), st.text()))
+                      st.dictionaries(st.text() | st.integers(), inner) | st.builds(Work, st.text(), st.text()))
 
 
 def same(one: Any, other: Any) -> bool:
@@ -120,5 +120,5 @@ def test_a_value_that_has_no_plain_form_is_a_bug_where_it_is_said() -> None:
 
 
 def test_reports_come_through() -> None:
-    wired = Wired([Stage("a", "fmi2GetReal")], [[Stage("b", "fmi2DoStep")]], [], [["a.x", "a.y"]])
+    wired = Wired([Work("a", "fmi2GetReal")], [[Work("b", "fmi2DoStep")]], [], [["a.x", "a.y"]])
     assert said_in(line_of(Said("report", wired))) == Said("report", wired)

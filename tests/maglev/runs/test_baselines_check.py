@@ -18,7 +18,7 @@ from maglev.runs.baseline_check import check_run, renewed, write_updated
 from maglev.runs.baseline_file import Baseline, Tolerance, baseline_file, read_baseline, read_digests, write_digests
 from maglev.runs.check_outcome import (
     CheckResult,
-    Deviation,
+    DeviatingSample,
     UpdateResult,
     WorstDifference,
     describe,
@@ -55,7 +55,7 @@ def runs(draw: st.DrawFn) -> tuple[Baseline, Recording]:
 
 
 def first_of(baseline: Baseline, recording: Recording,
-             tolerances: dict[str, Tolerance] = SIGNALS) -> Deviation | None:
+             tolerances: dict[str, Tolerance] = SIGNALS) -> DeviatingSample | None:
     return first_deviation(baseline.time, baseline.columns, samples_of(baseline, recording), tolerances)
 
 
@@ -77,7 +77,7 @@ def test_first_deviation_is_found_exactly(run: tuple[Baseline, Recording], signa
     column[sample * EVERY] = expected + sign * share * allowed
     assert first_of(baseline, recording) is None
     column[sample * EVERY] = got = expected + sign * (excess * allowed if allowed else 1.0)
-    found = Deviation(signal, float(baseline.time[sample]), expected, got, allowed)
+    found = DeviatingSample(signal, float(baseline.time[sample]), expected, got, allowed)
     assert first_of(baseline, recording) == found
     difference, time = worst_of(baseline, recording)[signal]
     assert (difference, time) == (abs(got - expected), found.time)
