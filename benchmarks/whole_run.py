@@ -3,9 +3,8 @@
     python benchmarks/whole_run.py [--gate] [--fmus FOLDER]
 
 The run is 3dof-setpoints-improved with every step recorded. Processor time, which depends on the machine; the ratios
-depend little on it. Without --gate also that of a sample of a study of it, by calls of the FMUs, and by the loop with
-their blocks, also as large studies have it, with metrics. Of threads side by side it is wall time, which says little on
-a machine with other work.
+depend little on it. Without --gate also that of a sample of a study of it, with metrics: by calls of the FMUs, and in
+lanes. Of threads side by side it is wall time, which says little on a machine with other work.
 """
 
 import sys
@@ -38,7 +37,7 @@ NAME = "3dof-setpoints-improved"
 SAMPLES = 80   # of the study
 
 STEPPING, IN_MEMORY, WITH_CSV = "stepping", "whole run in memory, measured", "whole run with CSV"
-BLOCKS, LANES = "by the blocks in one loop", "in lanes of that loop"
+LANES = "in lanes of a loop with their blocks"
 # Largest multiples of the reference implementation. On three machines stepping took 1.02 to 1.14, a run in memory 1.05
 # to 2.08 (the last where the system was slow to give memory), with CSV 1.86 to 2.17: twice the largest fails, which no
 # disturbance reaches, but a step that is made in Python does.
@@ -129,9 +128,6 @@ def study_times(study: PlannedStudy) -> dict[str, float]:
     times = {}
     with patch.object(lane_loop, "kept", lambda *_: None):   # no loop is found
         times["by calls of the FMUs"] = alone()
-    with patch.object(lane_loop, "widest", lambda: lane_loop.ONE_LANE), patch.object(batches, "WORTH_COMPILING", 0):
-        assert batches.has_loop(study.job, study.batches, study.values)   # compiles it
-        times[BLOCKS] = alone()
     with patch.object(batches, "WORTH_COMPILING", 0):
         assert batches.has_loop(study.job, study.batches, study.values)
     times[LANES] = alone()

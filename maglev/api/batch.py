@@ -105,8 +105,9 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
           **options: Unpack[SampleOptions]) -> Batch:
     """Run a scenario once for each row of values, side by side.
 
-    Native FMUs of this installation are one loop in C, in threads of this process; of a long batch that loop is
-    compiled first, where a compiler is installed. Other FMUs run in processes of their own. The bits are the same.
+    In a long batch native FMUs of this installation run in one loop in C, by threads of this process. The loop is
+    compiled first, where a compiler is installed. Other FMUs, and short batches, run in processes of their own. The
+    bits are the same.
 
     Parameters
     ----------

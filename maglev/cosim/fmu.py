@@ -337,7 +337,7 @@ class Fmu:
         In repeated runs most values are the same objects as in the run before, which are in their places already.
         """
         last, self.started = self.started, {}
-        if last.keys() != start.keys():
+        if [*last] != [*start]:
             last = {}
             self.start_buffers = self.buffers([self.variable(name) for name in start])
             self.start_places = {name: (buffer.values, place) for buffer in self.start_buffers

@@ -1,10 +1,10 @@
 """Whole runs of native FMUs as one C function with the FMUs' blocks, one run in each lane of a vector register.
 
 The blocks are translated once more, for lanes: values that differ between runs become vectors. These are differing
-start values, values that `start` and `step` compute from them, and values that connections pass on. A run by itself is
-one lane in which nothing differs. The function begins with the initialised instances and with their first row, and has
-the operations of the calls: the bits are the same. It writes a row of chosen columns at each communication point, and
-reports a run that an FMU would refuse; then the calls are made, and give the error.
+start values, values that `start` and `step` compute from them, and values that connections pass on. The function begins
+with the initialised instances and with their first row, and has the operations of the calls: the bits are the same. It
+writes a row of chosen columns at each communication point, and reports a run that an FMU would refuse; then the calls
+are made, and give the error.
 
 Groups of lanes lie one after the other. Environments run in them by a few points at a time, and begin again one by one.
 
@@ -62,7 +62,6 @@ LEVEL_3 = frozenset({"avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe
 WIDER = (Vectors(8, "x86_64_v4", LEVEL_3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}),
          Vectors(4, "x86_64_v3", LEVEL_3))
 NARROW = Vectors(2, "baseline", frozenset())
-ONE_LANE = Vectors(1, "baseline", frozenset())
 MOST_LANES = WIDER[0].width
 
 
@@ -90,9 +89,6 @@ class Varied(NamedTuple):
     names: frozenset[str]
     signals: bool
     beginnings: bool = False
-
-
-NOTHING = Varied(frozenset(), False)
 
 
 class Moved(Structure):
@@ -444,27 +440,26 @@ class LaneLoop:
                       first + points, last, seen.ctypes.data, sizes.ctypes.data, taken.status[lane:].ctypes.data)
 
 
-def lane_loop(wiring: Wiring, seen: Sequence[str], amounts: Sequence[str], varied: Varied | None = None,
-              build: bool = False, written: Mapping[str, Variables] | None = None,
-              changing: Sequence[str] = ()) -> LaneLoop | None:
+def lane_loop(wiring: Wiring, seen: Sequence[str], amounts: Sequence[str], varied: Varied, build: bool = False,
+              written: Mapping[str, Variables] | None = None, changing: Sequence[str] = ()) -> LaneLoop | None:
     """Return the loop for a wiring, or None if it cannot run in lanes; `build` compiles a loop that is not yet
     compiled.
 
-    The loop has one lane if nothing varies. It writes the values of the recorded variables `seen`, 0 for an empty name,
-    and adds up the sizes of the `amounts`. Those of `varied` that are `changing` can be given other values. It needs
-    native FMUs that this installation builds, or `written` ones by name that this process has built, with steps of one
-    length and without clocks. Signals that vary must be numbers.
+    It writes the values of the recorded variables `seen`, 0 for an empty name, and adds up the sizes of the `amounts`.
+    Those of `varied` that are `changing` can be given other values. It needs native FMUs that this installation builds,
+    or `written` ones by name that this process has built, with steps of one length and without clocks. Signals that
+    vary must be numbers.
     ExportError from the compiler; OSError if the result cannot be kept.
     """
     fmus = {id(call.what[0]): call.what[0] for call in wiring.phases[0]}
     native = native_parts(fmus.values(), written) if len(wiring.phases) == 1 and in_c(wiring.phases) else None
-    apart = varied is not None and varied.signals
-    if native is None or (apart and any(track.signals is not None and track.item != 8 for track in wiring.tracks)):
+    booleans = any(track.signals is not None and track.item != 8 for track in wiring.tracks)
+    if native is None or (varied.signals and booleans):
         return None
     files, parts = native
-    vectors, (host,) = ONE_LANE if varied is None else widest(), host_platform().values()
+    vectors, (host,) = widest(), host_platform().values()
     host = host._replace(flags=(*host.flags, *PARTS_INLINED, f"-mcpu={vectors.processor}"))
-    text = LaneCode(wiring, parts, varied or NOTHING, vectors.width)
+    text = LaneCode(wiring, parts, varied, vectors.width)
     if not {*seen, *amounts} - {""} <= {*text.places}:
         return None
     sha256s = [sha256 for fmu in fmus.values() for _, sha256 in fmu.source.digests()]
@@ -479,7 +474,7 @@ def lane_loop(wiring: Wiring, seen: Sequence[str], amounts: Sequence[str], varie
         text.translate(known)
         loop = text.text(seen, amounts, changing)
         path = keep_here(place, name, library({**files, LOOP_FILE: loop}, Path(name).stem, host))
-    return None if path is None else LaneLoop(path, wiring, parts, vectors.width, apart)
+    return None if path is None else LaneLoop(path, wiring, parts, vectors.width, varied.signals)
 
 
 def known_definition(fmu: Fmu) -> FmuDefinition | None:

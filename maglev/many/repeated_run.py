@@ -23,9 +23,9 @@ Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and refere
 class RepeatedRun:
     """An experiment to be run many times with other start values; a context manager that frees its FMUs.
 
-    Only the columns `wanted` are recorded, or all if it is None. If there is a loop with the FMUs' blocks, `written`
-    ones by name among them, it computes the metrics of `measuring` without a recording. After `widen` it makes several
-    runs side by side. It stops as soon as `ended` is no longer 0.
+    Only the columns `wanted` are recorded, or all if it is None. After `widen`, if there is a loop with the FMUs'
+    blocks, `written` ones by name among them, it makes several runs side by side, and computes the metrics of
+    `measuring` without a recording. It stops as soon as `ended` is no longer 0.
 
     Each run gives, bit for bit, the result of an experiment that is prepared with the same values: FMUs of this
     project, and written ones, are as new after fmi2Reset. Third-party FMUs, and all FMUs after a refusal, are loaded
@@ -42,7 +42,6 @@ class RepeatedRun:
         self.written = written
         self.varied: Changes | None = None   # what runs side by side differ in
         self.loop: LaneLoop | None = None
-        self.one_by_one: LaneLoop | None = None   # the loop for runs that are not side by side
         self.meter: Meter | None = None      # of the present references
         self.meters: dict[str, Meter] = {}   # by the samples of steps
         self.resettable = not any(source.foreign for name, source in experiment.sources.items()
@@ -66,48 +65,42 @@ class RepeatedRun:
             self.master.__exit__()
         self.master = None
 
-    def load(self, build: bool = False) -> Master:
-        """FMUs and calls, loaded and wired if they are not yet.
-
-        There is a loop with the FMUs' blocks if it was compiled before, or is compiled now, where `build` asks for it.
-        """
+    def load(self) -> Master:
+        """FMUs and calls, loaded and wired if they are not yet."""
         if self.master is None:
             experiment = self.experiment
             self.master = Master(experiment.setups(), experiment.connections, experiment.step, experiment.order,
                                  loop=experiment.loop)
             self.master.wire(self.experiment.plan.stop_time, self.drives)
             self.driven = self.drives
-            self.columns = self.meter = self.one_by_one = None
+            self.columns = self.meter = None
             self.asked = {}
-            self.find_loop(build)
+            if self.varied is not None:
+                self.find_loop(self.varied, build=False)
         return self.master
 
     def widen(self, changes: Changes, build: bool = False) -> None:
-        """Measure runs with different changes side by side, if the loop was compiled for it before.
+        """Measure runs that differ in these changes side by side, if the loop for it was compiled before.
 
         It is compiled now if `build` is True.
         """
-        self.varied = changes
         self.load()
-        self.find_loop(build)
+        self.varied = changes
+        self.find_loop(changes, build)
 
-    def find_loop(self, build: bool) -> None:
-        """Find the loop for runs side by side, or else one by one; compile it now where `build` asks for it."""
+    def find_loop(self, varied: Changes, build: bool) -> None:
+        """Find the loop for runs side by side that differ in some changes; compile it now if `build` is True."""
         assert self.master is not None
         wiring, measuring = self.master.wiring, self.measuring
-        wide = self.loop = None
+        self.loop = None
         if measuring is None or not {*self.given()} >= {axis.reference for axis in self.experiment.plan.axes.values()}:
             return
         recorded = {name for track in wiring.tracks for name in track.names}
         seen = ["" if name in measuring.optional and name not in recorded else name for name in measuring.names]
-        if self.varied is not None:
-            names = {f"{name}.{variable}" for name, own in self.start(self.varied).items() for variable in own
-                     if name in self.experiment.sources}
-            varied = Varied(frozenset(names), bool(self.driven_by(self.varied)))
-            wide = lane_loop(wiring, seen, measuring.amounts, varied, build, self.written)
-        if wide is None and self.one_by_one is None:
-            self.one_by_one = lane_loop(wiring, seen, measuring.amounts, None, build, self.written)
-        self.loop = wide or self.one_by_one
+        names = {f"{name}.{variable}" for name, own in self.start(varied).items() for variable in own
+                 if name in self.experiment.sources}
+        self.loop = lane_loop(wiring, seen, measuring.amounts, Varied(frozenset(names), bool(self.driven_by(varied))),
+                              build, self.written)
 
     def given(self) -> dict[str, Array]:
         """Return the present signals of the master by name, shape (points,)."""

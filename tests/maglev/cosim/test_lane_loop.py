@@ -1,6 +1,6 @@
-"""Runs side by side have the bits of runs one by one, and what happens in one lane leaves the others alone."""
+"""Runs side by side have the bits of recorded runs, and what happens in one lane leaves the others alone."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
+from recorded_metrics import require_as_recorded
 
 from maglev.cosim import lane_loop
 from maglev.cosim.lane_loop import DONE, LEVEL_3, NARROW, REFUSED, WIDER, Taken, Vectors, widest
 from maglev.cosim.master import Observer
-from maglev.files.errors import MaglevError
 from maglev.many.repeated_run import Changes, RepeatedRun
 from maglev.runs.measuring import Found, Measuring
 from maglev.runs.preparation import Experiment, prepare
@@ -39,40 +39,16 @@ def experiment_of(run: str, folder: Path) -> Experiment:
     return prepare(load_plan(run), folder, {}, {})
 
 
-def measured(experiment: Experiment, runs: Sequence[Changes], together: bool) -> list[Found | Exception | None]:
-    """What is found on runs, in lanes or one after the other."""
-    kept = [axis.position for axis in experiment.plan.axes.values()]
-    measuring = Measuring(experiment.plan, experiment.times, kept, 10)
-    found: list[Found | Exception | None] = []
-    with RepeatedRun(experiment, measuring=measuring) as repeated:
-        repeated.load(build=not together)
-        if together:
-            repeated.widen(runs[0], build=True)
-        assert repeated.loop is not None
-        for first in range(0, len(runs), repeated.width):
-            found += repeated.measure(runs[first:first + repeated.width])
-    return found
-
-
-def require_same(one: Found | Exception | None, other: Found | Exception | None) -> None:
-    if not isinstance(one, Found) or not isinstance(other, Found):
-        assert str(one) == str(other)
-        return
-    assert one.kept.tobytes() == other.kept.tobytes() and [*one.state] == [*other.state]
-    for name, values in one.state.items():
-        assert values.tobytes() == other.state[name].tobytes(), name
+def positions(experiment: Experiment) -> list[str]:
+    return [axis.position for axis in experiment.plan.axes.values()]
 
 
 @pytest.mark.parametrize("run", [pytest.param(run, marks=pytest.mark.thorough) if "5dof" in run else run
                                  for run in RUNS])
-def test_lanes_have_the_bits_of_single_runs(run: str, native_fmus: Path) -> None:
+def test_lanes_have_the_bits_of_recorded_runs(run: str, native_fmus: Path) -> None:
     """The last lanes have none where there are fewer runs than lanes."""
     experiment = experiment_of(run, native_fmus)
-    alone, together = (measured(experiment, RUNS[run], how) for how in (False, True))
-    assert all(isinstance(each, Found) for each in alone)
-    assert len({each.state["squares"].tobytes() for each in alone if isinstance(each, Found)}) == len(alone)
-    for one, other in zip(alone, together, strict=True):
-        require_same(one, other)
+    require_as_recorded(experiment, RUNS[run], positions(experiment), 10)
 
 
 # Values of one run: of every kind of target, some refused, some that make it trip, run away or touch a stop.
@@ -88,17 +64,13 @@ ANY_RUN = st.fixed_dictionaries({
           suppress_health_check=list(HealthCheck))
 def test_random_runs_have_the_same_bits_in_lanes(native_fmus: Path, runs: list[Changes]) -> None:
     experiment = experiment_of("3dof-laws-nonlinear", native_fmus)
-    for one, other in zip(*(measured(experiment, runs, how) for how in (False, True)), strict=True):
-        require_same(one, other)
+    require_as_recorded(experiment, runs, positions(experiment), 10)
 
 
 @pytest.mark.parametrize("width", [2, *(pytest.param(width, marks=pytest.mark.thorough) for width in (1, 4, 8))])
 def test_width_does_not_matter(width: int, native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    experiment, runs = experiment_of(STATUS, native_fmus), RUNS[STATUS][:3]
-    alone = measured(experiment, runs, False)
     monkeypatch.setattr(lane_loop, "widest", lambda: Vectors(width, "baseline", frozenset()))
-    for one, other in zip(alone, measured(experiment, runs, True), strict=True):
-        require_same(one, other)
+    require_as_recorded(experiment_of(STATUS, native_fmus), RUNS[STATUS][:3])
 
 
 def test_widest_vectors_are_those_of_the_processor() -> None:
@@ -133,7 +105,6 @@ def test_a_lane_that_is_refused_leaves_the_others_alone(native_fmus: Path, monke
     runs = [{"plant.v.mass": mass, "plant.v.stop.stiffness": stiffness, "plant.v.position_start": start}
             for mass, stiffness, start in ((4.35, 1.0e6, 0.02), (0.001, 1.0e8, 0.02), (30.0, 2.0e6, 0.02),
                                            (4.35, 1.0e6, 1.0), (5.0, 1.0e6, 0.021))]
-    alone = measured(experiment, runs, False)
     statuses: list[list[int]] = []
     fly = RepeatedRun.fly
 
@@ -143,11 +114,8 @@ def test_a_lane_that_is_refused_leaves_the_others_alone(native_fmus: Path, monke
         return sizes
 
     monkeypatch.setattr(RepeatedRun, "fly", watched)
-    together = measured(experiment, runs, True)
+    require_as_recorded(experiment, runs)
     assert [status for each in statuses for status in each] == [DONE, REFUSED, DONE, DONE]
-    assert together[1] is None and isinstance(together[3], MaglevError)
-    for one, other in zip(alone, together, strict=True):
-        require_same(one, other)
 
 
 def test_nothing_else_of_a_beginning_may_differ(native_fmus: Path) -> None:
@@ -191,5 +159,5 @@ def test_its_c_is_the_same_wherever_memory_lies(native_fmus: Path, monkeypatch: 
     for step in (1, -1):
         monkeypatch.setattr(Observer, "allocate", upwards_or_downwards(step))
         with RepeatedRun(experiment, measuring=Measuring(experiment.plan, experiment.times)) as repeated:
-            repeated.load()
+            repeated.widen({})
     assert made_of[0] == made_of[1]

@@ -4,27 +4,28 @@ import math
 from ctypes import c_int64
 from pathlib import Path
 
-import numpy as np
 import pytest
 from facts import raises
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from recorded_metrics import measured, require_as_recorded, require_same
 from written_controllers import controller
 from written_controllers import trial as trial_file
 
 import maglev
 from maglev.cosim import Order
+from maglev.cosim.lane_loop import MOST_LANES
 from maglev.many.repeated_run import Changes, RepeatedRun
-from maglev.many.study_columns import named_values
-from maglev.runs.endings import ending, endings
-from maglev.runs.measuring import Found, Measuring, run_metrics
-from maglev.runs.metrics import phase_resistances
+from maglev.runs.measuring import Found, Measuring
 from maglev.runs.preparation import Experiment, prepare
 from maglev.runs.replacement import Replacement
 from maglev.scenario.layers import packaged_runs
 from maglev.scenario.loading import load_plan
 from maglev.user.blocks import built_blocks
 from maglev.user.source import FmuFile
+
+VARIED = ("plant.v.mass", "reference.h.amplitude", "plant.v.position_start", "controller.current_limit",
+          "plant.h.friction.coulomb")
 
 LIMITS = '''class Limits:
     """Of a part that others share."""
@@ -36,32 +37,12 @@ LIMITS = '''class Limits:
 '''
 
 
-def trial_of(experiment: Experiment, kept: tuple[str, ...] = (), every: int = 1,
-              ended: c_int64 | None = None) -> RepeatedRun:
-    """A run with the loop for it, compiled now."""
-    found = RepeatedRun(experiment, None, Measuring(experiment.plan, experiment.times, kept, every), ended)
-    found.load(build=True)
+def trial_of(experiment: Experiment, changes: Changes, ended: c_int64 | None = None) -> RepeatedRun:
+    """Runs that differ in such changes, with the loop for them, compiled now."""
+    found = RepeatedRun(experiment, None, Measuring(experiment.plan, experiment.times), ended)
+    found.widen(changes, build=True)
     assert found.loop is not None
     return found
-
-
-def require_same(trial: RepeatedRun, changes: Changes) -> None:
-    """The same metrics, and the same of what is kept, of both ways."""
-    measured, = trial.measure([changes])
-    assert isinstance(measured, Found)
-    meter, state, rows = measured
-    plan = trial.experiment.plan
-    time, columns = trial.run(changes)
-    whole, many = run_metrics(plan, time, columns, phase_resistances(plan)(changes)), meter.metrics([state])
-    assert endings(plan, many) == [ending(plan, whole)]
-    expected, found = named_values(plan, whole), named_values(plan, many)
-    assert list(found) == list(expected)
-    for name, (value, unit) in expected.items():
-        # As text, a NaN is itself; of a number, text is shortest, and so exact.
-        assert [repr(float(each)) for each in found[name][0]] == [repr(float(value))] and found[name][1] == unit, name
-    assert trial.measuring is not None
-    for i, name in enumerate(trial.measuring.kept):
-        assert rows[:, i].tobytes() == columns[name][::trial.measuring.every].astype(np.float64).tobytes()
 
 
 def experiment_of(fmus: Path, name: str, stop_time: float | None = None, order: Order = "sequential") -> Experiment:
@@ -84,9 +65,8 @@ def test_metrics_are_those_of_the_recording(native_fmus: Path, name: str, stop_t
                                             order: Order) -> None:
     experiment = experiment_of(native_fmus, name, stop_time, order)
     kept = [name for axis in experiment.plan.axes.values() for name in (axis.position, axis.reference)]
-    with trial_of(experiment, tuple(kept), 7) as trial:
-        require_same(trial, {})
-        require_same(trial, {})   # nothing is left of the one before
+    many = MOST_LANES + 1   # the last one after the others: nothing is left of those before
+    require_as_recorded(experiment, [{}] * many, kept, 7)
 
 
 @pytest.mark.thorough
@@ -94,9 +74,7 @@ def test_metrics_are_those_of_the_recording(native_fmus: Path, name: str, stop_t
 def test_metrics_of_every_run(native_fmus: Path, name: str) -> None:
     """With the FMUs' own values where a run takes some from another."""
     experiment = experiment_of(native_fmus, name)
-    with trial_of(experiment) as trial:
-        if trial.measure([{}])[0] is not None:   # else it shows a refusal
-            require_same(trial, {})
+    require_as_recorded(experiment, [{}])
 
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -105,29 +83,30 @@ def test_metrics_of_every_run(native_fmus: Path, name: str) -> None:
 def test_metrics_of_random_runs(random_trial: RepeatedRun, mass: float, amplitude: float, start: float,
                                    limit: float, friction: float) -> None:
     """Some settle, some hit a stop, some fall: also with other references, which move the windows of steps."""
-    require_same(random_trial, {
-        "plant.v.mass": mass, "reference.h.amplitude": 1.0 + 10.0 * amplitude, "plant.v.position_start": start,
-        "controller.current_limit": limit, "plant.h.friction.coulomb": friction})
+    changes = dict(zip(VARIED, (mass, 1.0 + 10.0 * amplitude, start, limit, friction), strict=True))
+    found, = random_trial.measure([changes])
+    require_same(random_trial, changes, found)
 
 
 @pytest.fixture(scope="module")
 def random_trial(native_fmus: Path) -> RepeatedRun:
-    return trial_of(experiment_of(native_fmus, "2dof-setpoints", 7.0))
+    return trial_of(experiment_of(native_fmus, "2dof-setpoints", 7.0), dict.fromkeys(VARIED, 1.0))
 
 
 def test_what_is_refused_is_left_to_the_calls(native_fmus: Path) -> None:
     """Of a value that is none, and of a step that does not fit: they say what is wrong."""
-    with trial_of(experiment_of(native_fmus, "2dof-setpoints", 1.5)) as trial:
+    with trial_of(experiment_of(native_fmus, "2dof-setpoints", 1.5), {}) as trial:
         assert trial.measure([{"controller.sample_time": 0.7e-3}])[0] is None
-        require_same(trial, {})
+        assert isinstance(trial.measure([{}])[0], Found)
         trial.load().drive({"controller.v.reference": [math.nan] * len(trial.experiment.times)})
         assert trial.measure([{}])[0] is None
 
 
 def test_nothing_of_a_run_that_trips_stays_for_the_next(native_fmus: Path) -> None:
     experiment = experiment_of(native_fmus, "3dof-laws-nonlinear")
-    with trial_of(experiment) as trial, trial_of(experiment) as fresh:
-        tripped, after, first = (*(trial.measure([changes])[0] for changes in ({"controller.current_limit": 0.5}, {})),
+    changes: Changes = {"controller.current_limit": 0.5}
+    with trial_of(experiment, changes) as trial, trial_of(experiment, changes) as fresh:
+        tripped, after, first = (*(trial.measure([own])[0] for own in (changes, {})),
                                  fresh.measure([{}])[0])
         assert isinstance(tripped, Found) and isinstance(after, Found) and isinstance(first, Found)
         assert tripped.state["flag"].max() > 0.0 > first.state["flag"].max()
@@ -137,7 +116,7 @@ def test_nothing_of_a_run_that_trips_stays_for_the_next(native_fmus: Path) -> No
 
 def test_it_ends_when_it_is_told_to(native_fmus: Path) -> None:
     ended = c_int64()
-    with trial_of(experiment_of(native_fmus, "2dof-setpoints"), ended=ended) as trial:
+    with trial_of(experiment_of(native_fmus, "2dof-setpoints"), {}, ended) as trial:
         assert trial.measure([{}])[0] is not None
         ended.value = 1   # as another thread says it
         with pytest.raises(KeyboardInterrupt):
@@ -145,9 +124,9 @@ def test_it_ends_when_it_is_told_to(native_fmus: Path) -> None:
 
 
 def test_fmus_of_fmi_3_are_taken(fmi3_fmus: Path) -> None:
-    with trial_of(experiment_of(fmi3_fmus, "3dof-setpoints-improved", 7.0), ("plant.at_stop",), 3) as trial:
-        require_same(trial, {})
-        require_same(trial, {"plant.y.mass": 9.0, "controller.current_limit": 3.0})
+    require_as_recorded(experiment_of(fmi3_fmus, "3dof-setpoints-improved", 7.0), [
+        {"plant.y.mass": 7.0, "controller.current_limit": 4.0},
+        {"plant.y.mass": 9.0, "controller.current_limit": 3.0}], ["plant.at_stop"], 3)
 
 
 def test_a_part_that_two_have_is_refused(tmp_path: Path) -> None:
@@ -166,16 +145,18 @@ def test_translated_classes_are_taken(native_fmus: Path, tmp_path: Path) -> None
     written = built_blocks(experiment.fmu_files)
     assert [*written] == ["controller"]
     measuring = Measuring(experiment.plan, experiment.times, ["plant.v.position"], 3)
+    runs = [{"plant.v.mass": mass} for mass in (4.0, 5.0)]
     with RepeatedRun(experiment, None, measuring, written=written) as trial:
-        trial.load(build=True)
-        require_same(trial, {"plant.v.mass": 4.0})
-        require_same(trial, {"plant.v.mass": 5.0})
+        trial.widen(runs[0], build=True)
+        assert trial.loop is not None
+        for changes, found in zip(runs, measured(trial, runs), strict=True):
+            require_same(trial, changes, found, measuring.kept, measuring.every)
 
 
 def test_only_native_fmus_of_this_installation_are_taken(fmus: Path, clocked_fmus: Path) -> None:
     for folder in (fmus, clocked_fmus):
         experiment = experiment_of(folder, "3dof-setpoints", 1.5)
         with RepeatedRun(experiment, None, Measuring(experiment.plan, experiment.times)) as trial:
-            trial.load(build=True)
+            trial.widen({}, build=True)
             assert trial.loop is None
             assert trial.measure([{}])[0] is None

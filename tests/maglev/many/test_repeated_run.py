@@ -59,7 +59,7 @@ def test_what_measures_stays_while_steps_are_at_the_same_samples(native_fmus: Pa
     """And what was found on a run stays what it was when the next one has other references in their place."""
     own = experiment(tmp_path, native_fmus, WEAKER)
     with RepeatedRun(own, measuring=Measuring(own.plan, own.times)) as trial:
-        trial.load(build=True)
+        trial.widen({"reference.plant.C1.end": 12.0, "reference.h.amplitude": 2.0}, build=True)
         first, weaker, larger = (trial.measure([changes])[0] for changes in (
             {}, {"reference.plant.C1.end": 12.0}, {"reference.h.amplitude": 2.0}))
         assert isinstance(first, Found) and isinstance(weaker, Found) and isinstance(larger, Found)
