@@ -122,7 +122,9 @@ def test_nothing_else_of_a_beginning_may_differ(native_fmus: Path) -> None:
     """A run that differs in what the library has as common is not made by it."""
     experiment = experiment_of(STATUS, native_fmus)
     measuring = Measuring(experiment.plan, experiment.times)
-    runs: list[Changes] = [{"plant.v.mass": 4.35}, {"plant.v.mass": 5.0, "controller.current_limit": 3.0}]
+    begins = {"plant.v.stop.stiffness": 1.0e6, "plant.v.position_start": 0.02}   # as above, so that the loop is there
+    runs: list[Changes] = [{"plant.v.mass": 4.35, **begins},
+                           {"plant.v.mass": 5.0, **begins, "controller.current_limit": 3.0}]
     with RepeatedRun(experiment, measuring=measuring) as repeated:
         repeated.widen(runs[0], build=True)
         found = repeated.measure(runs[:repeated.width])

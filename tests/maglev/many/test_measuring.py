@@ -53,7 +53,7 @@ def experiment_of(fmus: Path, name: str, stop_time: float | None = None, order: 
     return prepare(plan, fmus, {}, {}, {"order": order})
 
 
-@pytest.mark.few(5)
+@pytest.mark.few(3)
 @pytest.mark.parametrize(("name", "stop_time", "order"), [
     ("2dof-equilibrium-excitation", 0.5, "sequential"),   # several FMUs of one model
     ("2dof-faults-lost", None, "sequential"), ("3dof-setpoints-improved", 7.0, "jacobi"),

@@ -14,9 +14,6 @@ from maglev.files.errors import ScenarioError
 from maglev.many import vector_environment as stages
 
 OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
-    "2-DOF": ("Stage2DOF", {"parameters": {"v.mass": (4.0, 5.0), "v.position_start": (0.015, 0.024)}}),
-    "2-DOF, phases": ("Stage2DOF", {"action": "phases", "reference": "sinusoids"}),
-    "3-DOF, measured": ("Stage3DOF", {"measurement": {"y.noise": "1 um", "delay": "0.4 ms"}, "reference": "hold"}),
     "3-DOF, drawn": ("Stage3DOF", {
         "measurement": lambda random: {"y.noise": {"log-uniform": (1e-7, 1e-5)}, "delay": 1e-4 * random.random(),
                                        "y.frozen": {"at": (0.0, 0.02), "then": True, "for": 0.005}},
@@ -25,6 +22,9 @@ OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
                        "bus_voltage": {"at": 0.01, "then": 12.0}},
         "reward": lambda seen: np.exp(-1e3 * abs(seen["y.reference"] - seen["y.position"])) - np.sin(
             seen["alpha.i_d"] * seen["x.velocity"]) - 5.0 * seen["at_stop"], "reference": "hold"}),
+    "2-DOF": ("Stage2DOF", {"parameters": {"v.mass": (4.0, 5.0), "v.position_start": (0.015, 0.024)}}),
+    "3-DOF, measured": ("Stage3DOF", {"measurement": {"y.noise": "1 um", "delay": "0.4 ms"}, "reference": "hold"}),
+    "2-DOF, phases": ("Stage2DOF", {"action": "phases", "reference": "sinusoids"}),
     "3-DOF, weights": ("Stage3DOF", {"reward": {"y.error": -2.0, "speed": -0.3, "alive": 1.0, "stop": -5.0,
                                                 "current": -0.1, "error": -1.0},
                                      "reference": [[0.025, 0.0, 0.0], [0.024, 0.001, 0.0]], "sample_time": "2 ms"}),
@@ -33,7 +33,7 @@ OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "5-DOF": ("Stage5DOF", {"sample_time": "1 ms"})}
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)   # the first, in which all kinds of values are drawn, and one of phase currents
 @pytest.mark.parametrize("what", OPTIONS)
 def test_it_has_the_bits_of_single_stages(folder: Path, what: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stages, "FEWEST", 2)   # so that there are threads
