@@ -47,7 +47,7 @@ class Stage:
         # Numbers of the axes that have an encoder, and of those that have stops; places of all in the description.
         self.measured = [k for k, axis in enumerate(described) if axis in stage.measured]
         self.stopped = [k for k, axis in enumerate(described) if axis.stop is not None]
-        self.tracks = [stage.axes.index(axis) for axis in described]
+        self.track_numbers = [stage.axes.index(axis) for axis in described]
         self.stops = len(self.stopped) + len(self.mover.mounts)   # of axes, then of motors
         self.at_stop = False                       # output
 
@@ -58,7 +58,7 @@ class Stage:
         seed = int(self.guide_seed)
         if seed != self.guide_seed:
             return self.stops + NO_SEED
-        for axis, track in zip(self.axes, self.tracks, strict=True):
+        for axis, track in zip(self.axes, self.track_numbers, strict=True):
             axis.start(seed, track)
         self.mover.start()
         self.place_motors()
@@ -85,7 +85,7 @@ class Stage:
                 contained = self.integrate(part - meeting)
             if not contained:
                 return self.stops + RUN_AWAY
-        self.commutate(END)
+        self.turn_currents(END)
         for motor in self.motors:
             motor.deliver()
         self.mover.deliver(self.axes, self.motors, self.magnetics)
@@ -101,13 +101,13 @@ class Stage:
         self.mover.begin(self.axes)
         for axis in self.axes:
             axis.begin()
-        self.commutate(START)
+        self.turn_currents(START)
         self.add_slope(dt / 6.0, dt / 2.0)
-        self.commutate(MIDDLE)
+        self.turn_currents(MIDDLE)
         self.add_slope(dt / 3.0, dt / 2.0)
-        self.commutate(MIDDLE)
+        self.turn_currents(MIDDLE)
         self.add_slope(dt / 3.0, dt)
-        self.commutate(END)
+        self.turn_currents(END)
         self.add_slope(dt / 6.0, 0.0)
         contained = True
         for axis in self.axes:
@@ -118,7 +118,7 @@ class Stage:
             self.at_stop = True
         return contained
 
-    def commutate(self, point: int) -> None:
+    def turn_currents(self, point: int) -> None:
         """Set the currents to START, MIDDLE or END of an integration step, at the angles where the mover is."""
         kinds = self.magnetics.kinds
         groups = self.magnetics.groups
@@ -136,7 +136,7 @@ class Stage:
         self.place_motors()
 
     def place_motors(self) -> None:
-        """Put the motors where the mover has them."""
+        """Put the motors where the mover has them. Linear models ask for this by its name."""
         self.mover.place(self.axes)
 
     def derive(self) -> int:
