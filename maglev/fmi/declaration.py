@@ -45,14 +45,15 @@ class WrittenDefinition(FmuDefinition):
         return self.starts[variable.name]
 
 
-def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing) -> WrittenDefinition:
+def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing,
+                  requires: tuple[str, ...] = ()) -> WrittenDefinition:
     """Definition of the FMU that steps a class at its samples.
 
     The class has tables `inputs`, `outputs` and, if it has any, `parameters`, from a name to a unit, "" for none. It
     has `step(self, t)` with an attribute `sample_time` (s), or `step(self, t, dt)`, called at every communication step;
     perhaps `start(self)`, called when the parameters are set. ExportError if it lacks something, or these do not fit
     each other. The `clock` of the samples has `fits` and `due`. The sketch is drawn for 1 if the class has samples,
-    else for 0.
+    else for 0. `requires` are packages of the importer's Python; the module that is written for an FMU gives them.
     """
     name = written.__name__
     require_steps(written)
@@ -111,6 +112,7 @@ def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing) ->
         finite=tuple((number, v.place) for number, v in enumerate(outputs, FIRST_PORT)),
         slave=("maglev.fmi.user_slave", "WrittenSlave"),
         author="",
+        requires=requires,
         starts=starts)
 
 
