@@ -12,7 +12,8 @@ FLOATS = ("0.0", "-0.0", "1.0", "-2.5", "0.1", "3.0e300", "-1.0e-310", "7.0", "9
 WHOLES = ("0", "1", "2", "-1", "3", "5", "-7", "62", "4611686018427387904", "9223372036854775807",
           "-9223372036854775807", "3037000500", "9007199254740993")
 CLASSES = '''\
-from math import ceil, copysign, fabs, floor, fmod, isfinite, isinf, isnan, remainder, sqrt, trunc
+import math
+from math import ceil, copysign, degrees, fabs, floor, fmod, isfinite, isinf, isnan, radians, remainder, sqrt, trunc
 
 TABLE_{n} = (0.5, -1.5, 2.0)
 ORDER_{n} = (2, 0, 1)
@@ -63,6 +64,35 @@ class Block_{n}:
 
     def at(self, k):
         return self.xs[k]
+
+    def put(self, xs, k, x):
+        xs[k] = x
+
+    def larger(self, xs):
+        return max(xs[0], xs[1])
+
+    def chosen(self, xs):
+        ys = self.parts[0].double if self.off else xs
+        return ys[1]
+
+    def relay(self, x):
+        return self.put(self.xs, 1, x)
+
+    def side(self, x):
+        if x < self.b:
+            return -1.0
+        else:
+            return 1.0
+
+    def climb(self, x):
+        while True:
+            self.b += 1.0
+            if self.b > x:
+                return self.b
+
+    def leading(self):
+        for each in self.xs:
+            return 2.0 * each
 
     def above(self, x, k):
         if x > self.b:

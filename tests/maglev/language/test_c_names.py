@@ -108,6 +108,46 @@ def test_members_of_structs_are_the_attributes() -> None:
     assert re.findall(r"(\w+)(?:\[\d+\])*;", members[1]) == [name for name in vars(block) if vars(block)[name] != []]
 
 
+@pytest.mark.parametrize("name", ["struct", "sqrt", "quotient", "M_PI", "UINT8_MAX", "size_t", "angle_t", "lanes_any",
+                                  "_live", "__x", "a__b", "x_", "struct_"])
+def test_names_of_c_and_of_the_translator_get_an_underscore(name: str) -> None:
+    assert identifier(name) == f"{name}_"
+
+
+@pytest.mark.parametrize("name", ["x", "level", "part", "integer", "unlanes_x", "t", "a_b", "float32"])
+def test_other_names_stay(name: str) -> None:
+    assert identifier(name) == name
+
+
+UNLIKE = '''\
+class Part:
+    def __init__(self, x):
+        self.x = x
+
+    def twice(self):
+        return self.x + self.x
+
+
+class Tank:
+    def __init__(self):
+        self.real, self.whole = Part(1.0), Part(1)
+
+    def step(self):
+        self.real.x = self.real.twice() * float(self.whole.twice())
+'''
+
+
+def test_each_kind_of_a_class_has_names_of_its_own(tmp_path: Path) -> None:
+    """Objects of a class with other attributes, and names that the C around has."""
+    block = load_block(tmp_path, UNLIKE, "Tank")
+    for reserved, parts in (((), ("Part", "Part_2")), (("Part", "Part_3"), ("Part_2", "Part_4"))):
+        program = Program(block, reserved=reserved)
+        text = CText(program.layout, [program.method("step")])
+        assert re.findall(r"^struct (\w+) \{", text.structs(), re.MULTILINE) == [*parts, "Tank"]
+        assert {each["name"] for each in FUNCTION.finditer(text.code)} == {*(f"{part}__twice" for part in parts),
+                                                                           "Tank__step"}
+
+
 def test_no_docstring_and_no_comment_reaches_the_c(tmp_path: Path) -> None:
     block = load_block(tmp_path, SECRETS, "Tank")
     program = Program(block)

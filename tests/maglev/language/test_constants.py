@@ -20,6 +20,7 @@ class Tank:
         self.swapped = [1, 0]
         self.given = [True, False]
         self.handed = [0, 0]
+        self.left, self.right = [0, 0], [0, 0]
         self.count = 0
         self.kind = 1
         self.mode = 1
@@ -37,6 +38,8 @@ class Tank:
         self.fill(self.handed)
         swapped = self.swapped
         swapped[0] = 0
+        side = self.left if t > 0.0 else self.right
+        side[1] = self.left[0] + self.right[0]
         for number, part in zip(self.order, self.parts):
             self.level[number] = self.gain if self.on else t
             self.level[self.kind] += self.level[self.mode] * part.same * part.number
@@ -47,13 +50,14 @@ class Tank:
 
 def test_constants_are_what_nothing_assigns(tmp_path: Path) -> None:
     block = load_block(tmp_path, FILE, "Tank")
-    names = {"number", "same", "order", "swapped", "given", "handed", "count", "kind", "mode", "on", "gain"}
+    names = {"number", "same", "order", "swapped", "given", "handed", "left", "right", "count", "kind", "mode", "on",
+             "gain"}
 
     def read(settable: list[str] | None) -> set[str]:
         code = block_text(block, settable=settable).functions.partition("Tank__step(")[2]
         return {name for name in names if f"->{name}" in code}
 
     assert read(None) == names
-    assert read([]) == {"number", "swapped", "handed", "count", "gain"}
-    assert read(["mode", "parts[1].same", "given[0]"]) == {"number", "swapped", "handed", "count", "gain", "mode",
-                                                          "same", "given"}
+    assert read([]) == {"number", "swapped", "handed", "left", "right", "count", "gain"}
+    assert read(["mode", "parts[1].same", "given[0]"]) == {"number", "swapped", "handed", "left", "right",
+                                                          "count", "gain", "mode", "same", "given"}

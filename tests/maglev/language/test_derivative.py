@@ -36,7 +36,7 @@ PLANTS = [name for name in known_stages().definitions() if name.startswith("Plan
 ALONE = [name for name in known_stages().definitions() if name.startswith(("Commutation", "Measurement", "Estimator"))]
 
 LAW = """\
-from math import atan, cos, exp, fabs, log, sin, sqrt, tan, tanh
+from math import atan, cos, exp, fabs, fmod, log, sin, sqrt, tan, tanh
 
 from pmlsm.arctangent import arctangent, arctangent_integral
 from pmlsm.exponential import exponential, exponential_minus_one
@@ -66,12 +66,16 @@ class Part:
         self.x += by
         return before * by
 
+    def below(self, by):
+        self.x += by
+        return self.x < 2.0
+
 
 class Law:
     def __init__(self):
         self.a, self.b, self.on, self.count = 0.3, -1.7, True, 3
         self.parts = [Part(0.4), Part(-0.8)]
-        self.found = [0.0] * 36
+        self.found = [0.0] * 40
 
     def step(self, t):
         a, b, found = self.a, self.b, self.found
@@ -108,6 +112,13 @@ class Law:
         a, b = b, a
         found[34] = a - 2.0 * b
         found[35] = fraction(-a) * fabs(-b)
+        nearest = self.parts[0] if a > b else self.parts[1]
+        found[36] = nearest.x * (self.parts[1] if self.on else self.parts[0]).x
+        while self.parts[0].below(0.17):
+            found[37] += a
+        if (a < 0.0) & self.on | (b < 0.0):
+            found[38] = a * b
+        found[39] = a * sin(0.5) * sine_of_turns(0.1) * fmod(5.0, 2.0)
 """
 
 
@@ -185,7 +196,7 @@ def test_every_function_and_statement(tmp_path: Path) -> None:
     block = load_block(tmp_path, LAW, "Law")
     direction = {"a": 0.7, "b": -0.4, "parts[0].x": 1.3, "parts[1].rows[0][1]": 0.2}
     changing = check(block, direction, [("step", (0.5,)), ("step", (0.75,))])
-    assert {f"found[{k}]" for k in range(36)} - changing == {"found[19]"}   # rounded_down
+    assert {f"found[{k}]" for k in range(40)} - changing == {"found[19]"}   # rounded_down
 
 
 @pytest.mark.parametrize("function", ["fmod", "atan2", "erf"])

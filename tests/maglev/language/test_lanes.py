@@ -76,6 +76,7 @@ def test_many_random_programs_have_the_same_bits_in_lanes(seed: int, width: int)
 def own_program(body: str, folder: Path, number: int = 0) -> list[object]:
     """Blocks with a body of `step`, whose attribute i is 0, 1, …"""
     text = CLASSES.format(n=number, floats="1.0, 0.0, 0.0", wholes="0, 0, 0")
+    body = body.replace("TABLE", f"TABLE_{number}")
     text += "    def step(self, t):\n" + "".join(f"        {line}\n" for line in body.splitlines())
     made = [getattr(load_module(folder, text, f"program_{number}.py"), f"Block_{number}")() for _ in range(BLOCKS)]
     for k, block in enumerate(made):
@@ -137,7 +138,16 @@ BODIES = (
     "self.b, self.off = self.limited(self.a + 1.0)",
     "if self.on:\n    self.b = self.above(self.a, 3)",
     "if self.on:\n    self.b, self.off = self.limited(self.a + 1.0)",
-    "self.b = self.above(self.parts[self.i % 2].x, 2)")
+    "self.b = self.above(self.parts[self.i % 2].x, 2)",
+    "x = 1.0\nif self.on:\n    x = 2.0\nself.b = x if self.i > 2 else 0.5",
+    "self.b = self.shift(self.a) + self.a if self.on else self.shift(2.0) - self.a",
+    "self.b = self.side(self.a)", "self.struct = self.climb(self.a)", "self.b = self.side(t) + self.a",
+    "self.both(self.a, self.i)", "while self.b < 3.0:\n    self.b += 1.0\nself.struct = self.a + self.b",
+    "while (self.parts[0] if self.off else self.parts[1]).x < 3.0:\n    self.parts[0].x += 1.0\n"
+    "    self.parts[1].x += 1.0", "while any(each > self.b + 8.0e9 for each in self.xs):\n    self.b += 1.0e9",
+    "self.put(self.xs, self.i % 4, self.a)", "self.put(self.rows[self.i % 2], 1, self.a)\nself.put(self.xs, 2, t)",
+    "self.b = self.larger(TABLE) + self.a", "self.parts[0].double[1] = self.a\nself.b = self.chosen(TABLE)",
+    "self.put(self.rows[0], 1, self.a)\nself.b = self.larger(self.rows[0]) + self.larger(self.xs)")
 
 
 def test_lanes_apart_have_the_same_bits(tmp_path: Path) -> None:
@@ -173,4 +183,5 @@ def test_only_what_follows_from_a_difference_is_a_vector(tmp_path: Path) -> None
     assert varying_in("self.a = self.b + float(self.i)\nself.struct = self.a", tmp_path) == {"i", "a", "struct"}
     assert varying_in("if self.i > 2:\n    self.b = 1.0\nself.a = 2.0", tmp_path) == {"i", "b"}
     assert varying_in("if self.i > 2:\n    return\nself.a = 2.0", tmp_path) == {"i", "a"}
+    assert varying_in("xs = self.xs\nself.a = xs[self.j]\nxs[0] = 2.0", tmp_path) == {"i"}
     assert varying_in("x = 1.0\nif self.i > 2:\n    x = 2.0\nself.b = x", tmp_path) == {"i", "b"}

@@ -45,7 +45,8 @@ SURE = (
     "n = self.last\nif t > 0.0:\n    n = 1\nself.levels[n] = t",
     "self.levels[0 if t > 0.0 else self.last] = t",
     "self.levels[1] = self.at(0) + self.at(self.last)",
-    "self.levels[0] = float(self.large + self.last) + float(-self.last)")
+    "self.levels[0] = float(self.large + self.last) + float(-self.last)",
+    "for k in range(2):\n    self.levels[k * self.last] = t")
 CHECKED = (
     "self.levels[self.count] = t",                                  # is assigned
     "for k in self.far:\n    self.levels[k] = t",                   # may be 3
@@ -54,6 +55,7 @@ CHECKED = (
     "n = 0\nwhile t > float(n):\n    n = n + 1",                    # depends on itself
     "n = 0\nif t > 0.0:\n    n = self.count\nself.levels[n] = t",
     "self.levels[1] = self.at(0) + self.at(self.count)",
+    "self.levels[1] = self.at(0)\nself.levels[0] = self.at(self.count) if t > 0.0 else t",
     "n = int(t)\nself.levels[n] = t",
     "self.levels[self.last if t > 0.0 else self.count] = t",
     "self.levels[0] = float(self.large + self.large)",              # 2^63

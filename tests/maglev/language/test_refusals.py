@@ -16,6 +16,7 @@ import random
 
 LIMIT = 2.0
 TABLE = (1.0, 2.0)
+LISTED = [1.0, 2.0]
 UNLIKE = (1.0, 2)
 NAME = "tank"
 
@@ -42,6 +43,15 @@ def collected(*values):
 
 def doubled(function):
     return function
+
+
+def times(factor):
+    def product(x):
+        return factor * x
+    return product
+
+
+twice = times(2.0)
 
 
 class Part:
@@ -218,6 +228,10 @@ EXPRESSIONS = {
     "self.mutual()": "mutual calls itself: expected a loop",
     "falls(3)": "falls calls itself: expected a loop",
     "collected(1.0)": "collected() has * or / in its def: expected every parameter by itself",
+    "twice(1.0)": "twice() is a def in a function: expected one of a module",
+    "LISTED(1.0)": "LISTED(): expected a def, a function of math, abs, min, max, len, any, all, int, float or bool",
+    "self.level.hypot()": "self.level.hypot(): self.level is a float, expected an object",
+    "any(x > 0.0 for x in self.level)": "self.level is a float: expected a list",
     "share()": "share(): missing a required argument: 'x', expected share(x, y=1.0)",
     "share(1.0, z=2.0)": "share(): got an unexpected keyword argument 'z', expected share(x, y=1.0)",
     "share(*self.levels)": "share() with * or **: expected every value by itself",
@@ -253,6 +267,15 @@ STATEMENTS = {
     "self.half = 1.0": "self.half is a property: expected a call of a method",
     "Tank.size = 1.0": "Tank is of type: expected a number, or an attribute that __init__ sets",
     "self.size = 1.0": "self.size cannot be assigned: expected an attribute that __init__ sets",
+    "TABLE[self.count] = 1.0": "TABLE is a constant of a module, which cannot change: expected an attribute",
+    "table = TABLE\ntable[0] = 1.0": "TABLE is a constant of a module, which cannot change: expected an attribute",
+    "x = self.part\nx = self": "x is an object of Part and becomes an object of Tank: expected an object whose "
+                              "attributes have the same types",
+    "for (x, y), z in enumerate(self.levels):  # <\n    pass": "(x, y): expected a name for the number",
+    "for self.count in range(2):  # <\n    pass":
+        "self.count in range(2): expected a name, and one to three whole numbers",
+    "for k in range():  # <\n    pass": "k in range(): expected a name, and one to three whole numbers",
+    "for t in range(2):  # <\n    pass": "t is a float and becomes a whole number: expected a float, such as 0.0 for 0",
     "TABLE[0] = 1.0": "TABLE[0] cannot be assigned: expected an attribute that __init__ sets",
     "x = 1.0\nx = 1": "x is a float and becomes a whole number: expected a float, such as 0.0 for 0",
     "x = 1.0\nx += self.on": "x += self.on has a Boolean: expected numbers, such as 1.0 if … else 0.0",
@@ -261,6 +284,7 @@ STATEMENTS = {
         "x may have no value yet: expected one on every way that leads here",
     "for k in range(self.count):\n    x = 1.0\nself.level = x  # <":
         "x may have no value yet: expected one on every way that leads here",
+    "for k in range(3, 3):\n    x = 1.0\nself.level = x  # <": "x has no value yet: expected an assignment before",
     "while self.on:\n    x = 1.0\n    break\nself.level = x  # <":
         "x may have no value yet: expected one on every way that leads here",
     "for k in range(2):\n    if self.on:\n        continue\n    for m in range(2):\n        pass\n    x = 1.0\n"
@@ -337,8 +361,14 @@ def test_refuses_statement(construct: str, tmp_path: Path) -> None:
     assert message(tmp_path, file_of(construct)) == STATEMENTS[construct]
 
 
-def test_accepts_block_without_refused_statement(tmp_path: Path) -> None:
-    assert "Tank__step" in block_text(load_block(tmp_path, file_of("self.level = 1.0"), "Tank")).functions
+@pytest.mark.parametrize("body", ["self.level = 1.0", "return\nself.level = self.name"])
+def test_accepts_block_without_refused_statement(body: str, tmp_path: Path) -> None:
+    assert "Tank__step" in block_text(load_block(tmp_path, file_of(body), "Tank")).functions
+
+
+def test_accepts_a_tuple_in_two_places(tmp_path: Path) -> None:
+    text = FILE.replace("self.name =", "self.one = self.two = (1.0, 2.0)\n        self.name =")
+    assert "Tank__step" in block_text(load_block(tmp_path, f"{text}        pass\n", "Tank")).functions
 
 
 @pytest.mark.parametrize(("head", "expected"), [
