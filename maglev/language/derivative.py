@@ -10,6 +10,7 @@ import ast
 from collections.abc import Sequence
 from dataclasses import replace
 from math import pi
+from typing import Any
 
 from maglev.language.expressions import writes
 from maglev.language.program import (
@@ -19,6 +20,7 @@ from maglev.language.program import (
     Call,
     Choice,
     Const,
+    ConstList,
     Expr,
     Field,
     For,
@@ -59,6 +61,11 @@ KEEPING = ("Track__enter",)
 
 Dual = tuple[Expr, Expr | None]   # a number and its derivative, None where that is zero whatever the direction
 ZERO = Const(0.0, FLOAT)
+
+
+def zeros(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Derivatives of the constants in a list, or in a list of lists."""
+    return tuple(zeros(each) if isinstance(each, tuple) else 0.0 for each in values)
 
 
 def dual(name: str) -> str:
@@ -221,6 +228,8 @@ class Differentiated:
                 return replace(place, base=self.along(base), index=self.plain(index))
             case Choice(test=test, yes=yes, no=no):
                 return replace(place, test=self.plain(test), yes=self.along(yes), no=self.along(no))
+            case ConstList(name=name, values=values):
+                return replace(place, name=dual(name), values=zeros(values))
         raise self.unknown("a list that changes")
 
     def aside(self, value: Expr) -> tuple[list[Statement], Expr]:

@@ -45,6 +45,10 @@ from pmlsm.sine_cosine import sine_cosine, sine_of_turns
 from pmlsm.whole_numbers import fraction, rounded_down
 
 
+TABLE = (0.5, -2.0)
+ROWS = [[1.0, 2.0], [3.0, 4.0]]
+
+
 def halves(x, n):
     while n > 0:
         x = 0.5 * x
@@ -75,7 +79,7 @@ class Law:
     def __init__(self):
         self.a, self.b, self.on, self.count = 0.3, -1.7, True, 3
         self.parts = [Part(0.4), Part(-0.8)]
-        self.found = [0.0] * 40
+        self.found = [0.0] * 41
 
     def step(self, t):
         a, b, found = self.a, self.b, self.found
@@ -118,6 +122,8 @@ class Law:
             found[37] += a
         if (a < 0.0) & self.on | (b < 0.0):
             found[38] = a * b
+        for factor, row in zip(TABLE, ROWS):
+            found[40] += factor * a * row[1]
         found[39] = a * sin(0.5) * sine_of_turns(0.1) * fmod(5.0, 2.0)
 """
 
@@ -196,7 +202,7 @@ def test_every_function_and_statement(tmp_path: Path) -> None:
     block = load_block(tmp_path, LAW, "Law")
     direction = {"a": 0.7, "b": -0.4, "parts[0].x": 1.3, "parts[1].rows[0][1]": 0.2}
     changing = check(block, direction, [("step", (0.5,)), ("step", (0.75,))])
-    assert {f"found[{k}]" for k in range(40)} - changing == {"found[19]"}   # rounded_down
+    assert {f"found[{k}]" for k in range(41)} - changing == {"found[19]"}   # rounded_down
 
 
 @pytest.mark.parametrize("function", ["fmod", "atan2", "erf"])
